@@ -1,9 +1,11 @@
 """Compile functions with numba, for declared types."""
 
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Annotated, Any, TypeVar, cast
 
 import numba
+import numpy as np
+from numpy.typing import NDArray
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -13,38 +15,55 @@ def _array(kind: numba.types.Type, axes: int) -> numba.types.Type:
     return numba.types.Array(kind, axes, "A", readonly=True)
 
 
-_KINDS: dict[str, numba.types.Type] = {
-    "F": numba.float32,
-    "D": numba.float64,
-    "I": numba.int64,
-    "N": numba.int32,
-    "U": numba.uint8,
-    "B": numba.boolean,
-}
-TYPES = {  # by their names in signatures: F2 is a float32 array with two axes
-    "i": numba.int64,
-    "f": numba.float64,
-    "?": numba.boolean,
-    "P2": numba.types.Array(numba.float32, 2, "C", readonly=True),  # a picture, row by row
-} | {f"{name}{axes}": _array(kind, axes) for name, kind in _KINDS.items() for axes in range(1, 5)}
+# The annotations of compiled functions: an array's type, and after it how many axes it has.
+Float32Array1 = Annotated[NDArray[np.float32], _array(numba.float32, 1)]
+Float32Array2 = Annotated[NDArray[np.float32], _array(numba.float32, 2)]
+Float64Array1 = Annotated[NDArray[np.float64], _array(numba.float64, 1)]
+Float64Array2 = Annotated[NDArray[np.float64], _array(numba.float64, 2)]
+Float64Array3 = Annotated[NDArray[np.float64], _array(numba.float64, 3)]
+Float64Array4 = Annotated[NDArray[np.float64], _array(numba.float64, 4)]
+Int64Array1 = Annotated[NDArray[np.int64], _array(numba.int64, 1)]
+Int64Array2 = Annotated[NDArray[np.int64], _array(numba.int64, 2)]
+Int32Array1 = Annotated[NDArray[np.int32], _array(numba.int32, 1)]
+Int32Array2 = Annotated[NDArray[np.int32], _array(numba.int32, 2)]
+UInt8Array1 = Annotated[NDArray[np.uint8], _array(numba.uint8, 1)]
+BoolArray1 = Annotated[NDArray[np.bool_], _array(numba.boolean, 1)]
+Float32Picture = Annotated[NDArray[np.float32], numba.types.Array(numba.float32, 2, "C", readonly=True)]  # row by row
+
+_SCALARS = {int: numba.int64, float: numba.float64, bool: numba.boolean}
 
 
-def compiled(signature: str = "") -> Callable[[_Function], _Function]:
-    """Compile a function of numbers and arrays when its module is imported, or read it from numba's cache.
+def compiled(function: _Function) -> _Function:
+    """Compile a function into the compiled functions that call it, for the types that they give it.
 
     Division by zero gives infinity, as in NumPy. The function releases the GIL, so that other threads can run.
 
     Parameters
     ----------
-    signature : the types of the arguments, names of `TYPES` separated by blanks; empty: the function is compiled into
-        the compiled functions that call it, for their types.
+    function : works on numbers and arrays.
 
     Returns
     -------
-    The decorator.
+    The compiled function.
     """
     njit: Any = numba.njit
-    if not signature:
-        return cast(Callable[[_Function], _Function], njit(nogil=True, error_model="numpy"))
-    types = tuple(TYPES[name] for name in signature.split())
-    return cast(Callable[[_Function], _Function], njit(types, cache=True, nogil=True, error_model="numpy"))
+    return cast(_Function, njit(nogil=True, error_model="numpy")(function))
+
+
+def compiled_as_annotated(function: _Function) -> _Function:
+    """Compile a function when its module is imported, for its annotated types, or read it from numba's cache.
+
+    Otherwise it is compiled as by `compiled`. Callers give arguments by name where these are many.
+
+    Parameters
+    ----------
+    function : its parameters are annotated with int, float, bool, or one of the arrays above.
+
+    Returns
+    -------
+    The compiled function.
+    """
+    njit: Any = numba.njit
+    annotations = [kind for name, kind in function.__annotations__.items() if name != "return"]
+    types = tuple(_SCALARS[kind] if kind in _SCALARS else kind.__metadata__[0] for kind in annotations)
+    return cast(_Function, njit(types, cache=True, nogil=True, error_model="numpy")(function))

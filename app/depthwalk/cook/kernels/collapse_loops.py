@@ -27,11 +27,18 @@ from depthwalk.cook.kernels.surface_loops import (
     surface_of,
     unit,
 )
-from depthwalk.kernels.compilation import compiled
-from depthwalk.types import Array, Ints, Mask
+from depthwalk.kernels.compilation import (
+    BoolArray1,
+    Float64Array2,
+    Int64Array1,
+    Int64Array2,
+    compiled,
+    compiled_as_annotated,
+)
+from depthwalk.types import Array, Ints
 
 
-@compiled()
+@compiled
 def _simplify(s: Surface, begin: int, end: int, wanted: int) -> None:
     """Simplify the triangles from `begin` to `end` to the `wanted` number, or as far as that is cheap.
 
@@ -77,7 +84,7 @@ def _simplify(s: Surface, begin: int, end: int, wanted: int) -> None:
         s.places[s.lists[k].queue].rank = -1
 
 
-@compiled()
+@compiled
 def _choose(s: Surface, start: int, near: int) -> None:
     """Find the best collapse of a place after the barred one: its end and cost, infinite if there is none.
 
@@ -96,7 +103,7 @@ def _choose(s: Surface, start: int, near: int) -> None:
                 here.end, here.cost = to, cost
 
 
-@compiled()
+@compiled
 def _choose_again(s: Surface, number: int, gone: int, moved: int) -> None:
     """Find the best collapse of a place at or beside `moved`, with which `gone` has merged."""
     here, near, several = s.places[number], list_neighbours(s, number), count_vertices(s, number)
@@ -111,7 +118,7 @@ def _choose_again(s: Surface, number: int, gone: int, moved: int) -> None:
         _choose(s, number, near)
 
 
-@compiled()
+@compiled
 def _assess(s: Surface, start: int, to: int) -> tuple[float, bool, bool]:
     """Return the cost of a collapse, whether the end moves, and whether a seam is lost; write the place to `target`.
 
@@ -139,7 +146,7 @@ def _assess(s: Surface, start: int, to: int) -> tuple[float, bool, bool]:
     return cost, free, loose
 
 
-@compiled()
+@compiled
 def _coloured_cost(s: Surface, start: int, to: int, free: bool) -> float:
     """Return the quadric error of a collapse in place and colour; if the end is free, write the best place to `target`.
 
@@ -154,7 +161,7 @@ def _coloured_cost(s: Surface, start: int, to: int, free: bool) -> float:
     return cost if free else cost + fixed_colour_cost(s, start, to)
 
 
-@compiled()
+@compiled
 def _met(s: Surface, start: int, to: int) -> int:
     """Return how many pairs of vertices an edge has in the triangles along it, at least 1."""
     count, corner = 0, s.places[start].first
@@ -176,7 +183,7 @@ def _met(s: Surface, start: int, to: int) -> int:
     return max(count, 1)
 
 
-@compiled()
+@compiled
 def _try(s: Surface, start: int, to: int) -> int:
     """Collapse an edge if that is allowed; return the number of triangles that vanish, or −1 if it is not."""
     _, free, loose = _assess(s, start, to)
@@ -216,7 +223,7 @@ def _try(s: Surface, start: int, to: int) -> int:
     return vanished
 
 
-@compiled()
+@compiled
 def _breaks_topology(s: Surface, start: int, to: int) -> bool:
     """Return whether a collapse would make surfaces touch themselves, here or in groups beside this one."""
     near = list_neighbours(s, start)
@@ -248,7 +255,7 @@ def _breaks_topology(s: Surface, start: int, to: int) -> bool:
     return False
 
 
-@compiled()
+@compiled
 def _flips(s: Surface, number: int, other: int) -> bool:
     """Return whether a triangle at a place, but not at the `other`, flips when the place moves to the target."""
     corner = s.places[number].first
@@ -265,7 +272,7 @@ def _flips(s: Surface, number: int, other: int) -> bool:
     return False
 
 
-@compiled()
+@compiled
 def _match(s: Surface, start: int, to: int, loose: bool) -> int:
     """Find the vertex at the end of a collapse that each at its start becomes.
 
@@ -298,7 +305,7 @@ def _match(s: Surface, start: int, to: int, loose: bool) -> int:
     return count
 
 
-@compiled()
+@compiled
 def _most_alike(s: Surface, vertex: int, to: int) -> int:
     """Return the vertex of the same part at a place whose appearance differs least; −1 if there is none."""
     best, least, corner = -1, np.inf, s.places[to].first
@@ -314,7 +321,7 @@ def _most_alike(s: Surface, vertex: int, to: int) -> int:
     return int(best)
 
 
-@compiled()
+@compiled
 def _merge(s: Surface, start: int, to: int) -> int:
     """Move the corners at `start` to `to`; return how many triangles at both have vanished."""
     gone, end = s.places[start], s.places[to]
@@ -338,16 +345,16 @@ def _merge(s: Surface, start: int, to: int) -> int:
     return vanished
 
 
-@compiled("D2 I1 I1 D2 I2 I1 I1 B1 i")
+@compiled_as_annotated
 def collapse(
-    points: Array,
-    of: Ints,
-    part: Ints,
-    looks: Array,
-    triangles: Ints,
-    group: Ints,
-    wanted: Ints,
-    locked: Mask,
+    points: Float64Array2,
+    of: Int64Array1,
+    part: Int64Array1,
+    looks: Float64Array2,
+    triangles: Int64Array2,
+    group: Int64Array1,
+    wanted: Int64Array1,
+    locked: BoolArray1,
     colour: int,
 ) -> tuple[Ints, Ints, Array, Array]:
     """Simplify groups of triangles; see `cook.group_collapse.collapse_groups`.

@@ -9,7 +9,7 @@ from depthwalk.cook.kernels.surface_loops import Surface
 from depthwalk.kernels.compilation import compiled
 
 
-@compiled()
+@compiled
 def begin_colours(s: Surface, begin: int, end: int, places: int) -> None:
     """Add the colours of the triangles from `begin` to `end` to their places with one vertex.
 
@@ -23,7 +23,7 @@ def begin_colours(s: Surface, begin: int, end: int, places: int) -> None:
         _add_colours(s, triangle)
 
 
-@compiled()
+@compiled
 def _add_colours(s: Surface, triangle: int) -> None:
     """Add the colours of a triangle to its places."""
     one, two, three = s.corners[3 * triangle], s.corners[3 * triangle + 1], s.corners[3 * triangle + 2]
@@ -55,7 +55,7 @@ def _add_colours(s: Surface, triangle: int) -> None:
             s.tint[number, 12] += weight
 
 
-@compiled()
+@compiled
 def reduce(s: Surface, start: int, to: int) -> None:
     """Write the sum of two places' quadrics, with the colours that suit the position best, to `merged`."""
     one, other, p, q = s.tint[start], s.tint[to], s.places[start].quadric, s.places[to].quadric
@@ -79,7 +79,7 @@ def reduce(s: Surface, start: int, to: int) -> None:
     m[9] = p[9] + q[9] - scale * ww
 
 
-@compiled()
+@compiled
 def best_colour(s: Surface, start: int, to: int, k: int) -> float:
     """Return channel k, 0 to 1, that suits the target best if a place merges with another."""
     one, other, p = s.tint[start], s.tint[to], s.target
@@ -89,7 +89,7 @@ def best_colour(s: Surface, start: int, to: int, k: int) -> float:
     return float(min(max(value / max(one[12] + other[12], 1e-300), 0.0), 1.0))
 
 
-@compiled()
+@compiled
 def fixed_colour_cost(s: Surface, start: int, to: int) -> float:
     """Return what it costs that a place keeps its colour, rather than the best one, when another merges with it."""
     if s.tint[to, 12] == 0:  # it has several
@@ -103,7 +103,7 @@ def fixed_colour_cost(s: Surface, start: int, to: int) -> float:
     return float((s.tint[start, 12] + s.tint[to, 12]) * off)
 
 
-@compiled()
+@compiled
 def merge_colours(s: Surface, start: int, to: int) -> None:
     """Add the tint of a place to that of the one that it merges with, whose quadric is that of both already.
 

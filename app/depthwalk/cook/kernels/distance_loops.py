@@ -2,13 +2,20 @@
 
 import numpy as np
 
-from depthwalk.kernels.compilation import compiled
+from depthwalk.kernels.compilation import (
+    Float64Array1,
+    Float64Array2,
+    Float64Array3,
+    Int64Array1,
+    compiled,
+    compiled_as_annotated,
+)
 from depthwalk.types import Array, Ints
 
 _BLOCK = 32  # triangles that are passed over together
 
 
-@compiled()
+@compiled
 def _spheres(corners: Array) -> tuple[Array, Array]:
     """Return the middles (t, 3) of triangles, and how far these reach from there (t,)."""
     middle, reach = np.empty((len(corners), 3)), np.zeros(len(corners))
@@ -23,7 +30,7 @@ def _spheres(corners: Array) -> tuple[Array, Array]:
     return middle, reach
 
 
-@compiled()
+@compiled
 def _blocks(middle: Array, reach: Array) -> tuple[Array, Array]:
     """Return centres (b, 3) and radii (b,) of spheres around runs of `_BLOCK` triangles, which are near each other."""
     count = -(-len(middle) // _BLOCK)
@@ -39,7 +46,7 @@ def _blocks(middle: Array, reach: Array) -> tuple[Array, Array]:
     return centre, radius
 
 
-@compiled()
+@compiled
 def _nearest_block(p: Array, centre: Array, begin: int, end: int) -> int:
     """Return the block, from `begin` to `end`, whose centre is nearest to a point."""
     nearest, least = begin, np.inf
@@ -50,13 +57,13 @@ def _nearest_block(p: Array, centre: Array, begin: int, end: int) -> int:
     return nearest
 
 
-@compiled()
+@compiled
 def _squared(p: Array, q: Array) -> float:
     """Return the squared distance of two points."""
     return float((p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2)
 
 
-@compiled()
+@compiled
 def _below(p: Array, corners: Array) -> tuple[bool, float, float]:
     """Return whether a point is above or below a triangle (3, 3), and the last two barycentric coordinates there."""
     ab = ac = bc = along_ab = along_ac = 0.0
@@ -74,7 +81,7 @@ def _below(p: Array, corners: Array) -> tuple[bool, float, float]:
     return False, 0.0, 0.0
 
 
-@compiled()
+@compiled
 def _squared_distance(p: Array, corners: Array) -> float:
     """Return the squared distance of a point from a triangle (3, 3)."""
     above, v, w = _below(p, corners)
@@ -90,7 +97,7 @@ def _squared_distance(p: Array, corners: Array) -> float:
     return least
 
 
-@compiled()
+@compiled
 def _from_edge(p: Array, start: Array, end: Array) -> float:
     """Return the squared distance of a point from an edge."""
     length = inward = 0.0
@@ -105,7 +112,7 @@ def _from_edge(p: Array, start: Array, end: Array) -> float:
     return apart
 
 
-@compiled()
+@compiled
 def _off_colour(p: Array, corners: Array, colour: Array, colours: Array) -> float:
     """Return the squared difference of a colour (3,) from that of a triangle (3, 3) at its point nearest to p."""
     share = _shares(p, corners)
@@ -115,7 +122,7 @@ def _off_colour(p: Array, corners: Array, colour: Array, colours: Array) -> floa
     return off
 
 
-@compiled()
+@compiled
 def _shares(p: Array, corners: Array) -> tuple[float, float, float]:
     """Return the barycentric coordinates of the point of a triangle (3, 3) that is nearest to p."""
     above, v, w = _below(p, corners)
@@ -139,9 +146,15 @@ def _shares(p: Array, corners: Array) -> tuple[float, float, float]:
     return along, 0.0, 1 - along
 
 
-@compiled("D2 I1 D3 I1 D2 D3 D1")
+@compiled_as_annotated
 def nearest(
-    point: Array, of: Ints, corners: Array, group: Ints, colour: Array, colours: Array, metres: Array
+    point: Float64Array2,
+    of: Int64Array1,
+    corners: Float64Array3,
+    group: Int64Array1,
+    colour: Float64Array2,
+    colours: Float64Array3,
+    metres: Float64Array1,
 ) -> tuple[Array, Ints]:
     """Find the nearest triangle of its group to each point; see `cook.cluster_error.group_errors`.
 

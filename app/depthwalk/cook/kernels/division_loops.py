@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from depthwalk.kernels.compilation import compiled
+from depthwalk.kernels.compilation import Float32Array2, Int64Array1, compiled, compiled_as_annotated
 from depthwalk.types import Array, Ints
 
 
-@compiled()
+@compiled
 def _divide(placed: Array, order: Ints, together: int, size: int) -> None:
     """Sort points and their order into the leaves of a tree whose root has room for `together`."""
     stack = np.empty((128, 3), np.int64)
@@ -29,7 +29,7 @@ def _divide(placed: Array, order: Ints, together: int, size: int) -> None:
             depth += 1
 
 
-@compiled()
+@compiled
 def _longest_axis(placed: Array, low: int, high: int) -> int:
     """Return the axis along which points from `low` to `high` extend farthest."""
     best, longest = 0, -1.0
@@ -42,7 +42,7 @@ def _longest_axis(placed: Array, low: int, high: int) -> int:
     return best
 
 
-@compiled()
+@compiled
 def _select(placed: Array, order: Ints, low: int, high: int, middle: int, axis: int) -> None:
     """Exchange points from `low` to `high` until those before `middle` come before the others along an axis.
 
@@ -71,8 +71,8 @@ def _select(placed: Array, order: Ints, low: int, high: int, middle: int, axis: 
             return
 
 
-@compiled("F2 I1 I1")
-def divide(points: Array, begins: Ints, sizes: Ints) -> Ints:
+@compiled_as_annotated
+def divide(points: Float32Array2, begins: Int64Array1, sizes: Int64Array1) -> Ints:
     """Return an order of points (n, k), float32, in which each run is in the order of a k-d tree.
 
     begins: (r + 1,) first point of each run, and n; sizes: (r,) points in a leaf of each.

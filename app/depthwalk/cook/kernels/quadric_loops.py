@@ -6,7 +6,7 @@ from depthwalk.kernels.compilation import compiled
 from depthwalk.types import Array
 
 
-@compiled()
+@compiled
 def triangle_normal(a: Array, b: Array, c: Array) -> tuple[float, float, float, float]:
     """Return the normal of a triangle, as long as twice its area, and this length."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -15,14 +15,14 @@ def triangle_normal(a: Array, b: Array, c: Array) -> tuple[float, float, float, 
     return x, y, z, math.sqrt(x * x + y * y + z * z)
 
 
-@compiled()
+@compiled
 def add_plane(quadric: Array, x: float, y: float, z: float, point: Array, weight: float) -> None:
     """Add a plane through a point to a quadric (10,)."""
     w = -(x * point[0] + y * point[1] + z * point[2])
     add_square(quadric, x, y, z, w, weight)
 
 
-@compiled()
+@compiled
 def add_square(quadric: Array, x: float, y: float, z: float, w: float, weight: float) -> None:
     """Add the square of a function of position to a quadric (10,)."""
     quadric[0] += weight * x * x
@@ -37,7 +37,7 @@ def add_square(quadric: Array, x: float, y: float, z: float, w: float, weight: f
     quadric[9] += weight * w * w
 
 
-@compiled()
+@compiled
 def distance(one: Array, other: Array, point: Array) -> float:
     """Return the weighted squared distance of a point from the planes of two quadrics (10,)."""
     x, y, z = point[0], point[1], point[2]
@@ -47,7 +47,7 @@ def distance(one: Array, other: Array, point: Array) -> float:
     return float(xx * x * x + yy * y * y + zz * z * z + 2 * mixed + one[9] + other[9])
 
 
-@compiled()
+@compiled
 def optimal_point(one: Array, other: Array, stiffness: float, start: Array, end: Array, best: Array) -> None:
     """Write the point nearest to the planes of two quadrics (10,) to `best` (3,), see `quadrics.optimal_points`.
 

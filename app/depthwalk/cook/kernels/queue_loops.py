@@ -6,7 +6,7 @@ from depthwalk.cook.kernels.surface_loops import Surface
 from depthwalk.kernels.compilation import compiled
 
 
-@compiled()
+@compiled
 def update(s: Surface, size: int, number: int) -> int:
     """Put a place where its cost belongs, out of the queue if it is infinite; return the new size of the queue."""
     place = s.places[number]
@@ -20,7 +20,7 @@ def update(s: Surface, size: int, number: int) -> int:
     return size
 
 
-@compiled()
+@compiled
 def remove(s: Surface, size: int, number: int) -> int:
     """Take a place out of the queue, if it is there; return the new size."""
     at = s.places[number].rank
@@ -34,7 +34,7 @@ def remove(s: Surface, size: int, number: int) -> int:
     return size
 
 
-@compiled()
+@compiled
 def _sift(s: Surface, size: int, at: int) -> None:
     """Move an entry up or down to where its cost belongs."""
     number = s.lists[at].queue

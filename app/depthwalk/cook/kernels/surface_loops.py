@@ -65,7 +65,7 @@ class Surface(NamedTuple):
     nothing: Array
 
 
-@compiled()
+@compiled
 def surface_of(
     points: Array, of: Ints, part: Ints, looks: Array, triangles: Ints, locked: Mask, colour: int
 ) -> Surface:
@@ -93,7 +93,7 @@ def surface_of(
     )
 
 
-@compiled()
+@compiled
 def begin_group(s: Surface, begin: int, end: int) -> int:
     """Complete the records of the triangles from `begin` to `end`; write their places to `around`, return how many."""
     s.stamps[0] += 1
@@ -128,7 +128,7 @@ def begin_group(s: Surface, begin: int, end: int) -> int:
     return count
 
 
-@compiled()
+@compiled
 def _add_planes(s: Surface, triangle: int) -> None:
     """Add the plane of a triangle to its places, and planes along its open edges, perpendicular to it."""
     a, b, c = s.corners[3 * triangle].place, s.corners[3 * triangle + 1].place, s.corners[3 * triangle + 2].place
@@ -152,7 +152,7 @@ def _add_planes(s: Surface, triangle: int) -> None:
             add_plane(to.quadric, u * along, v * along, w * along, p, squared)
 
 
-@compiled()
+@compiled
 def _runs(s: Surface, start: int, to: int) -> bool:
     """Return whether a triangle has an edge from `start` to `to`, in this direction."""
     corner = s.places[start].first
@@ -164,7 +164,7 @@ def _runs(s: Surface, start: int, to: int) -> bool:
     return False
 
 
-@compiled()
+@compiled
 def unit(vector: Array) -> None:
     """Give a vector (3,) unit length, if it has any."""
     length = max(np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2), 1e-300)
@@ -172,7 +172,7 @@ def unit(vector: Array) -> None:
         vector[axis] /= length
 
 
-@compiled()
+@compiled
 def count_vertices(s: Surface, number: int) -> int:
     """Return how many vertices the triangles at a place use there."""
     s.stamps[1] += 1
@@ -186,7 +186,7 @@ def count_vertices(s: Surface, number: int) -> int:
     return count
 
 
-@compiled()
+@compiled
 def list_neighbours(s: Surface, number: int) -> int:
     """Write the neighbours of a place to `near`, and the triangles at each edge to `shared`; return their number.
 
@@ -218,7 +218,7 @@ def list_neighbours(s: Surface, number: int) -> int:
     return count
 
 
-@compiled()
+@compiled
 def is_special(s: Surface, near: int) -> bool:
     """Return whether an edge to one of the `near` listed neighbours has one triangle, or more than two."""
     special = False
@@ -227,7 +227,7 @@ def is_special(s: Surface, near: int) -> bool:
     return special
 
 
-@compiled()
+@compiled
 def corner_at(s: Surface, triangle: int, number: int) -> int:
     """Return the corner of a triangle at a place; −1 if it has none there."""
     for corner in range(3 * triangle, 3 * triangle + 3):
@@ -236,7 +236,7 @@ def corner_at(s: Surface, triangle: int, number: int) -> int:
     return -1
 
 
-@compiled()
+@compiled
 def has_triangle(s: Surface, number: int, one: int, other: int) -> bool:
     """Return whether there is a triangle between three places."""
     corner = s.places[number].first

@@ -73,19 +73,20 @@ def _compiled_lines(
 ) -> NDArray[np.void]:
     """Find the lines by the compiled loop `silhouettes`, see `silhouette_lines`."""
     lines = silhouettes(
-        edges.points,
-        edges.ends,
-        edges.faces,
-        edges.planes,
-        edges.folds,
-        placed["origin"],
-        placed["rotation"],
-        placed["scale"],
-        matrix_array(view.clip_from_eye),
-        *map(float, view.size),
-        2.0 if least_fold is None else math.cos(least_fold),
-        solid,
-        _farthest(edges, view),
+        points=edges.points,
+        ends=edges.ends,
+        faces=edges.faces,
+        planes=edges.planes,
+        folds=edges.folds,
+        origin=placed["origin"],
+        rotation=placed["rotation"],
+        scale=placed["scale"],
+        clip_from_eye=matrix_array(view.clip_from_eye),
+        width=float(view.size[0]),
+        height=float(view.size[1]),
+        most_fold=2.0 if least_fold is None else math.cos(least_fold),
+        solid=solid,
+        farthest=_farthest(edges, view),
     )
     records: NDArray[np.void] = lines.view(LINE_RECORD).reshape(-1)
     return records

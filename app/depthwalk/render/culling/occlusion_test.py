@@ -125,13 +125,28 @@ def depth_test(farthest: NDArray[np.float32], side: int, view: View, margin: flo
     if loops is None:
         depth = DepthRangeMaximum(farthest, side)
         return lambda enclosing: depth.hides(screen_extents(view, enclosing, margin))
-    lens = [np.array(numbers, float) for numbers in (view.half_extent, view.shear, view.size)]
-    seen_through = view.position, view.axes, *lens, *view.depth_range, float(side), margin, _ROUNDING
+    half_extent, shear, size = (np.array(pair, float) for pair in (view.half_extent, view.shear, view.size))
+    near, far = view.depth_range
 
     def hides(enclosing: Cylinders) -> Mask:
-        columns = enclosing.centre, enclosing.axis, enclosing.half_height, enclosing.radius
-        shape = [np.ascontiguousarray(column, np.float32) for column in columns]
-        return np.asarray(loops.hidden(*shape, farthest, *seen_through))
+        is_hidden = loops.hidden(
+            centre=np.asarray(enclosing.centre, np.float32),
+            axis=np.asarray(enclosing.axis, np.float32),
+            half_height=np.asarray(enclosing.half_height, np.float32),
+            radius=np.asarray(enclosing.radius, np.float32),
+            farthest=farthest,
+            position=view.position,
+            axes=view.axes,
+            tangent=half_extent,
+            shear=shear,
+            size=size,
+            near=near,
+            far=far,
+            side=float(side),
+            margin=margin,
+            rounding=_ROUNDING,
+        )
+        return np.asarray(is_hidden)
 
     return hides
 

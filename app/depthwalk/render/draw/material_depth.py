@@ -82,22 +82,22 @@ def material_records(view: View, scene: SceneArrays, rows: Rows, tiled: Mask) ->
     else:
         objects, bounds = scene.objects, scene.bounds
         numbers, low, high = loops.surfaces(
-            rows,
-            tiled,
-            objects.position,
-            objects.rotation,
-            objects.scale,
-            objects.asset,
-            bounds.centre,
-            bounds.bounding_radius,
-            asset_number,
-            material_depth,
-            crowd,
-            view.position,
-            view.axes,
-            np.array(view.half_extent),
-            np.array(view.shear),
-            view.depth_range[0],
+            rows=rows,
+            tiled=tiled,
+            position=objects.position,
+            rotation=objects.rotation,
+            scale=objects.scale,
+            asset=objects.asset,
+            centre=bounds.centre,
+            bounding_radius=bounds.bounding_radius,
+            asset_number=asset_number,
+            material_depth=material_depth,
+            crowd=crowd,
+            eye=view.position,
+            axes=view.axes,
+            tangent=np.array(view.half_extent),
+            shear=np.array(view.shear),
+            near=view.depth_range[0],
         )
         records = numbers.view(SURFACE_RECORD)[:, 0]
     half_pixel = 1 / np.array(view.size)  # how far a pixel's samples may be from its middle

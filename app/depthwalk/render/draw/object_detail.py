@@ -188,7 +188,7 @@ def describe(view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> Obje
     loops = kernels.loaded()
     usual = lod.mode != "paper" and lod.cases == "complete" and greatest_stretch(view) == 1
     if loops is not None and usual:
-        return _compiled(loops, view, scene, rows, lod)
+        return _describe_compiled(loops, view, scene, rows, lod)
     viewer, objects = _viewers(view, scene, rows), scene.objects.take(rows)
     level = choose_levels(view, objects, scene.bounds.take(rows), viewer, scene.table, lod)
     pieces = choose_pieces(objects.asset, level, viewer, scene.table, lod)
@@ -232,43 +232,43 @@ def _described(
     )
 
 
-def _compiled(loops: ModuleType, view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:
+def _describe_compiled(loops: ModuleType, view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:
     """Choose detail as `describe` does, by compiled `loops`; not for the paper's rules, nor for very wide pictures."""
     objects, bounds, table = scene.objects, scene.bounds, scene.table
     volumes = table.volumes
     viewer, level, pieces, triangles, method, step = loops.describe(
-        rows,
-        objects.position,
-        objects.rotation,
-        objects.scale,
-        objects.asset,
-        objects.representation,
-        bounds.centre,
-        bounds.bounding_radius,
-        view.position,
-        view.detail_pixels,
-        error_at_a_metre(view, lod),
-        float(lod.triangles_per_pixel),
-        2 * view.half_extent[1] / view.whole_size[1],
-        table.error,
-        table.triangles,
-        table.levels,
-        table.centre,
-        table.half_height,
-        table.cylinder_radius,
-        table.area,
-        table.texel,
-        table.horizon,
-        CONE_EDGES,
-        HORIZON_SLACK,
-        float(_WORTH),
-        SIDE_PIECES,
-        ALL_PIECES,
-        volumes.radius,
-        volumes.bottom,
-        volumes.top,
-        volumes.has_side,
-        MIN_PLANE_DISTANCE,
+        rows=rows,
+        position=objects.position,
+        rotation=objects.rotation,
+        scale=objects.scale,
+        asset=objects.asset,
+        representation=objects.representation,
+        centre=bounds.centre,
+        bounding_radius=bounds.bounding_radius,
+        eye=view.position,
+        detail_pixels=view.detail_pixels,
+        error_at_a_metre=error_at_a_metre(view, lod),
+        triangles_per_pixel=float(lod.triangles_per_pixel),
+        step_at_a_metre=2 * view.half_extent[1] / view.whole_size[1],
+        error=table.error,
+        triangles=table.triangles,
+        max_level=table.levels,
+        asset_centre=table.centre,
+        half_height=table.half_height,
+        cylinder_radius=table.cylinder_radius,
+        area=table.area,
+        texel=table.texel,
+        horizon=table.horizon,
+        edges=CONE_EDGES,
+        slack=HORIZON_SLACK,
+        worth=float(_WORTH),
+        side_pieces=SIDE_PIECES,
+        all_pieces=ALL_PIECES,
+        radius=volumes.radius,
+        bottom=volumes.bottom,
+        top=volumes.top,
+        has_side=volumes.has_side,
+        least_distance=MIN_PLANE_DISTANCE,
     )
     return ObjectDetail(
         row=rows, viewer=viewer, level=level, pieces=pieces, triangles=triangles, method=method, step=step

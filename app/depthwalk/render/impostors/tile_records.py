@@ -79,9 +79,22 @@ def warp_records(
     """
     loops = kernels.loaded()
     if loops is not None:
-        plane = planes.right, planes.up, planes.normal, planes.epipole, planes.offset, planes.distance
-        tile = tiles.texel, tiles.nearest, tiles.size, corners, *map(float, atlas_size)
-        return np.asarray(loops.warp_records(*plane, *tile, rotation).view(WARP_RECORD)[:, 0])
+        numbers = loops.warp_records(
+            right=planes.right,
+            up=planes.up,
+            normal=planes.normal,
+            epipole=planes.epipole,
+            offset=planes.offset,
+            distance=planes.distance,
+            texel=tiles.texel,
+            nearest=tiles.nearest,
+            size=tiles.size,
+            corner=corners,
+            width=float(atlas_size[0]),
+            height=float(atlas_size[1]),
+            rotation=rotation,
+        )
+        return np.asarray(numbers.view(WARP_RECORD)[:, 0])
     records = np.zeros(len(corners), WARP_RECORD)
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])
@@ -114,9 +127,23 @@ def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, cor
     """
     loops = kernels.loaded()
     if loops is not None:
-        plane = planes.right, planes.up, planes.normal, planes.distance, planes.low, planes.high, planes.diagonals
-        tile = tiles.texel, tiles.nearest, tiles.size, tiles.pixel
-        return np.asarray(loops.tile_records(viewer, *plane, depths, *tile, corners).view(COMPOSITE_RECORD)[:, 0])
+        numbers = loops.tile_records(
+            viewer=viewer,
+            right=planes.right,
+            up=planes.up,
+            normal=planes.normal,
+            distance=planes.distance,
+            low=planes.low,
+            high=planes.high,
+            diagonals=planes.diagonals,
+            depths=depths,
+            texel=tiles.texel,
+            nearest=tiles.nearest,
+            size=tiles.size,
+            pixel=tiles.pixel,
+            corner=corners,
+        )
+        return np.asarray(numbers.view(COMPOSITE_RECORD)[:, 0])
     records = np.zeros(len(corners), COMPOSITE_RECORD)
     records["right"] = np.column_stack([planes.right, planes.low[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.low[:, 1]])

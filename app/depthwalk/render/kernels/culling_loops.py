@@ -7,14 +7,30 @@ import math
 
 import numpy as np
 
-from depthwalk.kernels.compilation import compiled
+from depthwalk.kernels.compilation import (
+    Float32Array1,
+    Float32Array2,
+    Float32Picture,
+    Float64Array1,
+    Float64Array2,
+    Int32Array1,
+    Int64Array1,
+    compiled,
+    compiled_as_annotated,
+)
 from depthwalk.render.kernels.layout_loops import turned_axes
 from depthwalk.types import Array, Mask, Rows
 
 
-@compiled("F2 F2 F1 D1 D2 D1 f")
+@compiled_as_annotated
 def cells_in_sight(
-    low: Array, high: Array, largest: Array, position: Array, axes: Array, tangent: Array, min_size: float
+    low: Float32Array2,
+    high: Float32Array2,
+    largest: Float32Array1,
+    position: Float64Array1,
+    axes: Float64Array2,
+    tangent: Float64Array1,
+    min_size: float,
 ) -> tuple[Rows, Array]:
     """Return the spatial cells that hold any object that a view may show, see `SpatialCells.batches`.
 
@@ -60,7 +76,7 @@ def cells_in_sight(
     return found[:count], nearest_corner[:count]
 
 
-@compiled()
+@compiled
 def _slants(tangent: Array, shear: Array) -> Array:
     """Return how far the sides of a frustum are from a sphere's centre where they touch it, (2, 2), over its radius."""
     slant = np.empty((2, 2))
@@ -70,7 +86,7 @@ def _slants(tangent: Array, shear: Array) -> Array:
     return slant
 
 
-@compiled()
+@compiled
 def _is_between(
     x: float, y: float, z: float, ahead: float, reach: float, axes: Array, tangent: Array, slant: Array
 ) -> bool:
@@ -87,18 +103,18 @@ def _is_between(
     return True
 
 
-@compiled("D2 D1 D2 D1 D1 D1 f D2 D1 D1 ?")
+@compiled_as_annotated
 def meshlets(
-    centre: Array,
-    radius: Array,
-    axis: Array,
-    sine: Array,
-    origin: Array,
-    rotation: Array,
+    centre: Float64Array2,
+    radius: Float64Array1,
+    axis: Float64Array2,
+    sine: Float64Array1,
+    origin: Float64Array1,
+    rotation: Float64Array1,
     scale: float,
-    axes: Array,
-    tangent: Array,
-    shear: Array,
+    axes: Float64Array2,
+    tangent: Float64Array1,
+    shear: Float64Array1,
     solid: bool,
 ) -> tuple[Rows, Array]:
     """Return the meshlets of an object that may be seen, see `Meshlets.seen`.
@@ -138,17 +154,17 @@ def meshlets(
     return rows[:count], forward[:count]
 
 
-@compiled("F2 F1 N1 I1 I1 D1 D2 D1 D1 f")
+@compiled_as_annotated
 def visible(
-    centre: Array,
-    radius: Array,
-    order: Rows,
-    first: Rows,
-    cells: Rows,
-    position: Array,
-    axes: Array,
-    tangent: Array,
-    shear: Array,
+    centre: Float32Array2,
+    radius: Float32Array1,
+    order: Int32Array1,
+    first: Int64Array1,
+    cells: Int64Array1,
+    position: Float64Array1,
+    axes: Float64Array2,
+    tangent: Float64Array1,
+    shear: Float64Array1,
     min_size: float,
 ) -> tuple[Rows, Array]:
     """Return the objects of `cells` that a view may show, in the order of the cells.
@@ -184,8 +200,8 @@ def visible(
     return rows[:found], forward[:found]
 
 
-@compiled("I1 F2 F1 i")
-def boxes_about(rows: Rows, centre: Array, radius: Array, size: int) -> tuple[Array, Array]:
+@compiled_as_annotated
+def boxes_about(rows: Int64Array1, centre: Float32Array2, radius: Float32Array1, size: int) -> tuple[Array, Array]:
     """Return the boxes around each run of `size` consecutive objects, see `spatial_cells`.
 
     Parameters
@@ -212,9 +228,15 @@ def boxes_about(rows: Rows, centre: Array, radius: Array, size: int) -> tuple[Ar
     return low, high
 
 
-@compiled("I1 F2 F2 N1 F1 D1 D1")
+@compiled_as_annotated
 def upright_cylinders(
-    rows: Rows, centre: Array, rotation: Array, asset: Rows, scale: Array, half_height: Array, radius: Array
+    rows: Int64Array1,
+    centre: Float32Array2,
+    rotation: Float32Array2,
+    asset: Int32Array1,
+    scale: Float32Array1,
+    half_height: Float64Array1,
+    radius: Float64Array1,
 ) -> tuple[Array, Array, Array, Array]:
     """Return the cylinders that enclose the objects `rows`, see `view.bounds.cylinders`.
 
@@ -241,24 +263,24 @@ def upright_cylinders(
     return middle, axis, half, across
 
 
-@compiled()
+@compiled
 def _extent(half_height: float, radius: float, squared: float, along: float) -> float:
     """Return how far a cylinder reaches along a vector g. squared: g²; along: g·axis. See `occlusion_test`."""
     return half_height * abs(along) + radius * math.sqrt(max(squared - along * along, 0.0))
 
 
-@compiled("F2 F2 F1 F1 P2 D1 D2 D1 D1 D1 f f f f f")
+@compiled_as_annotated
 def hidden(
-    centre: Array,
-    axis: Array,
-    half_height: Array,
-    radius: Array,
-    farthest: Array,
-    position: Array,
-    axes: Array,
-    tangent: Array,
-    shear: Array,
-    size: Array,
+    centre: Float32Array2,
+    axis: Float32Array2,
+    half_height: Float32Array1,
+    radius: Float32Array1,
+    farthest: Float32Picture,
+    position: Float64Array1,
+    axes: Float64Array2,
+    tangent: Float64Array1,
+    shear: Float64Array1,
+    size: Float64Array1,
     near: float,
     far: float,
     side: float,

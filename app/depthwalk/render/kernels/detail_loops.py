@@ -7,21 +7,35 @@ import math
 
 import numpy as np
 
-from depthwalk.kernels.compilation import compiled
+from depthwalk.kernels.compilation import (
+    BoolArray1,
+    Float32Array1,
+    Float32Array2,
+    Float64Array1,
+    Float64Array2,
+    Float64Array3,
+    Float64Array4,
+    Int32Array1,
+    Int64Array1,
+    Int64Array2,
+    UInt8Array1,
+    compiled,
+    compiled_as_annotated,
+)
 from depthwalk.render.kernels.layout_loops import turned_axes, warp_face
-from depthwalk.types import Array, Mask, Rows
+from depthwalk.types import Array, Rows
 
 _DPCI, _DMESH = 1, 2  # of `scene.arrays.Representation`
 _POLYGONS, _TILE, _DIRECT, _NOTHING = 0, 1, 2, 3  # of `object_detail.DrawMethod`
 
 
-@compiled()
+@compiled
 def _length(x: float, y: float, z: float) -> float:
     """Return the length of a vector."""
     return math.sqrt(x * x + y * y + z * z)
 
 
-@compiled()
+@compiled
 def _seen_pieces(horizon: Array, edges: Array, viewer: Array, slack: float, step: int) -> int:
     """Return the bits of those pieces 0, `step`, 2 · `step` … that a viewer may see; see `cook.cases.seen_pieces`.
 
@@ -38,7 +52,7 @@ def _seen_pieces(horizon: Array, edges: Array, viewer: Array, slack: float, step
     return bits
 
 
-@compiled()
+@compiled
 def _viewer(position: Array, rotation: Array, scale: float, eye: Array, viewer: Array) -> None:
     """Write where the viewer stands in the frame of an object into `viewer` (3,), see `view.viewer_in_object`.
 
@@ -52,46 +66,46 @@ def _viewer(position: Array, rotation: Array, scale: float, eye: Array, viewer: 
     viewer[2] = (z + 2 * (a * across_y - b * across_x)) / scale
 
 
-@compiled()
+@compiled
 def _outside(viewer: Array, centre: Array, half_height: float, radius: float) -> float:
     """Return the distance of a viewer from an upright cylinder, see `view.bounds.outside`."""
     beside = max(math.hypot(viewer[0] - centre[0], viewer[2] - centre[2]) - radius, 0.0)
     return math.hypot(beside, max(abs(viewer[1] - centre[1]) - half_height, 0.0))
 
 
-@compiled("I1 F2 F2 F1 N1 U1 F2 F1 D1 f f f f D2 I2 I1 D2 D1 D1 D1 D1 D4 D3 f f i i D1 D1 D1 B1 f")
+@compiled_as_annotated
 def describe(
-    rows: Rows,
-    position: Array,
-    rotation: Array,
-    scale: Array,
-    asset: Rows,
-    representation: Rows,
-    centre: Array,
-    bounding_radius: Array,
-    eye: Array,
+    rows: Int64Array1,
+    position: Float32Array2,
+    rotation: Float32Array2,
+    scale: Float32Array1,
+    asset: Int32Array1,
+    representation: UInt8Array1,
+    centre: Float32Array2,
+    bounding_radius: Float32Array1,
+    eye: Float64Array1,
     detail_pixels: float,
     error_at_a_metre: float,
     triangles_per_pixel: float,
     step_at_a_metre: float,
-    error: Array,
-    triangles: Rows,
-    max_level: Rows,
-    asset_centre: Array,
-    half_height: Array,
-    cylinder_radius: Array,
-    area: Array,
-    texel: Array,
-    horizon: Array,
-    edges: Array,
+    error: Float64Array2,
+    triangles: Int64Array2,
+    max_level: Int64Array1,
+    asset_centre: Float64Array2,
+    half_height: Float64Array1,
+    cylinder_radius: Float64Array1,
+    area: Float64Array1,
+    texel: Float64Array1,
+    horizon: Float64Array4,
+    edges: Float64Array3,
     slack: float,
     worth: float,
     side_pieces: int,
     all_pieces: int,
-    radius: Array,
-    bottom: Array,
-    top: Array,
-    has_side: Mask,
+    radius: Float64Array1,
+    bottom: Float64Array1,
+    top: Float64Array1,
+    has_side: BoolArray1,
     least_distance: float,
 ) -> tuple[Array, Rows, Rows, Rows, Rows, Array]:
     """Return how the objects `rows` are drawn, see `object_detail.describe`.
@@ -155,7 +169,7 @@ def describe(
     return viewer, level, pieces, cost, way, step
 
 
-@compiled()
+@compiled
 def extent(
     across: float, ahead: float, radius: float, shear: float, tangent: float, near: float
 ) -> tuple[float, float]:
@@ -173,23 +187,23 @@ def extent(
     return min(max(first, -1.0), 1.0), min(max(last, -1.0), 1.0)
 
 
-@compiled("I1 B1 F2 F2 F1 N1 F2 F1 I1 D1 B1 D1 D2 D1 D1 f")
+@compiled_as_annotated
 def surfaces(
-    rows: Rows,
-    tiled: Mask,
-    position: Array,
-    rotation: Array,
-    scale: Array,
-    asset: Rows,
-    centre: Array,
-    bounding_radius: Array,
-    asset_number: Rows,
-    material_depth: Array,
-    crowd: Mask,
-    eye: Array,
-    axes: Array,
-    tangent: Array,
-    shear: Array,
+    rows: Int64Array1,
+    tiled: BoolArray1,
+    position: Float32Array2,
+    rotation: Float32Array2,
+    scale: Float32Array1,
+    asset: Int32Array1,
+    centre: Float32Array2,
+    bounding_radius: Float32Array1,
+    asset_number: Int64Array1,
+    material_depth: Float64Array1,
+    crowd: BoolArray1,
+    eye: Float64Array1,
+    axes: Float64Array2,
+    tangent: Float64Array1,
+    shear: Float64Array1,
     near: float,
 ) -> tuple[Array, Array, Array]:
     """Return the records of n objects for the pass `material_resolve`, see `material_depth.material_records`.
@@ -235,23 +249,23 @@ def surfaces(
     return record, low, high
 
 
-@compiled("I1 F2 F2 F1 N1 D1 I1 I1 D2 D2 D1 D1 D2 D1 D1")
+@compiled_as_annotated
 def nearer_than(
-    rows: Rows,
-    position: Array,
-    rotation: Array,
-    scale: Array,
-    asset: Rows,
-    eye: Array,
-    mesh: Rows,
-    part: Rows,
-    offset: Array,
-    turn: Array,
-    reach: Array,
-    span: Array,
-    asset_centre: Array,
-    half_height: Array,
-    cylinder_radius: Array,
+    rows: Int64Array1,
+    position: Float32Array2,
+    rotation: Float32Array2,
+    scale: Float32Array1,
+    asset: Int32Array1,
+    eye: Float64Array1,
+    mesh: Int64Array1,
+    part: Int64Array1,
+    offset: Float64Array2,
+    turn: Float64Array2,
+    reach: Float64Array1,
+    span: Float64Array1,
+    asset_centre: Float64Array2,
+    half_height: Float64Array1,
+    cylinder_radius: Float64Array1,
 ) -> tuple[Rows, Array]:
     """Return which objects with a mesh are nearer to the viewer than `reach`, see `MeshFallbacks.nearer_than`.
 

@@ -7,22 +7,22 @@ import math
 
 import numpy as np
 
-from depthwalk.kernels.compilation import compiled
+from depthwalk.kernels.compilation import Float64Array1, Float64Array2, Int64Array1, compiled, compiled_as_annotated
 from depthwalk.render.kernels.detail_loops import extent
 from depthwalk.types import Array, Rows
 
 
-@compiled("D2 D1 I1 D1 D2 D1 D1 f D1 f")
+@compiled_as_annotated
 def boxes_in_sight(
-    centre: Array,
-    reach: Array,
-    tile: Rows,
-    eye: Array,
-    axes: Array,
-    tangent: Array,
-    shear: Array,
+    centre: Float64Array2,
+    reach: Float64Array1,
+    tile: Int64Array1,
+    eye: Float64Array1,
+    axes: Float64Array2,
+    tangent: Float64Array1,
+    shear: Float64Array1,
     near: float,
-    squares: Array,
+    squares: Float64Array1,
     slices: float,
 ) -> tuple[Rows, int, Array, Array]:
     """Return which lamps may light something in sight, and the boxes of clusters that they reach.
@@ -64,7 +64,7 @@ def boxes_in_sight(
     return seen[:count], mapped, first[:count], last[:count]
 
 
-@compiled()
+@compiled
 def _ranges(first: Array, last: Array, shape: Rows) -> Rows:
     """Return for each box (n,) the clusters that it overlaps along each axis: the first, and one after the last."""
     found = np.zeros((len(first), 3, 2), np.int64)
@@ -76,8 +76,8 @@ def _ranges(first: Array, last: Array, shape: Rows) -> Rows:
     return found
 
 
-@compiled("D2 D2 I1 i")
-def cluster_lists(first: Array, last: Array, shape: Rows, mapped: int) -> tuple[Array, Array]:
+@compiled_as_annotated
+def cluster_lists(first: Float64Array2, last: Float64Array2, shape: Int64Array1, mapped: int) -> tuple[Array, Array]:
     """Return the lists of n boxes that overlap each of c clusters.
 
     Parameters

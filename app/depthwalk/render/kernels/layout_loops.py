@@ -8,14 +8,25 @@ import math
 
 import numpy as np
 
-from depthwalk.kernels.compilation import compiled
+from depthwalk.kernels.compilation import (
+    BoolArray1,
+    Float32Array1,
+    Float32Array2,
+    Float64Array1,
+    Float64Array2,
+    Float64Array3,
+    Int32Array1,
+    Int64Array1,
+    compiled,
+    compiled_as_annotated,
+)
 from depthwalk.render.kernels.outline_loops import crop_outline, cylinder_rectangle, hull_outline
 from depthwalk.types import Array, Mask, Rows
 
 _TOP, _SIDE = 0, 1  # of `bake.images.Face`
 
 
-@compiled()
+@compiled
 def turned_axes(rotation: Array, matrix: Array) -> None:
     """Write the rotation matrix of a unit quaternion x, y, z, w into `matrix` (3, 3), for column vectors."""
     x, y, z, w = rotation[0], rotation[1], rotation[2], rotation[3]
@@ -24,7 +35,7 @@ def turned_axes(rotation: Array, matrix: Array) -> None:
     matrix[2, 0], matrix[2, 1], matrix[2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
 
 
-@compiled()
+@compiled
 def _product(a: Array, b: Array, product: Array) -> None:
     """Write the matrix product of `a` and `b` into `product`, (3, 3) all."""
     for i in range(3):
@@ -32,7 +43,7 @@ def _product(a: Array, b: Array, product: Array) -> None:
             product[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
-@compiled()
+@compiled
 def warp_face(viewer: Array, radius: float, bottom: float, top: float, has_side: bool) -> tuple[int, float]:
     """Return the face in whose plane an object is warped, and the viewer's distance from it, metres.
 
@@ -49,7 +60,7 @@ def warp_face(viewer: Array, radius: float, bottom: float, top: float, has_side:
     return face, distance
 
 
-@compiled()
+@compiled
 def _plane(viewer: Array, radius: float, bottom: float, top: float, has_side: bool, frame: Array) -> int:
     """Write the warp plane of an object to `frame` (5, 3), see `place`; return the number of its face."""
     x, y, z = viewer[0], viewer[1], viewer[2]
@@ -69,25 +80,25 @@ def _plane(viewer: Array, radius: float, bottom: float, top: float, has_side: bo
     return face
 
 
-@compiled("I1 I1 D2 N1 D1 D1 D1 D3 B1 F2 F2 F1 F1 D1 D2 D1 D1 f f f f f i")
+@compiled_as_annotated
 def place(
-    number: Rows,
-    at: Rows,
-    viewer: Array,
-    volume: Rows,
-    radius: Array,
-    bottom: Array,
-    top: Array,
-    hull: Array,
-    has_side: Mask,
-    rotation: Array,
-    centre: Array,
-    bounding_radius: Array,
-    scale: Array,
-    position: Array,
-    axes: Array,
-    tangent: Array,
-    size: Array,
+    number: Int64Array1,
+    at: Int64Array1,
+    viewer: Float64Array2,
+    volume: Int32Array1,
+    radius: Float64Array1,
+    bottom: Float64Array1,
+    top: Float64Array1,
+    hull: Float64Array3,
+    has_side: BoolArray1,
+    rotation: Float32Array2,
+    centre: Float32Array2,
+    bounding_radius: Float32Array1,
+    scale: Float32Array1,
+    position: Float64Array1,
+    axes: Float64Array2,
+    tangent: Float64Array1,
+    size: Float64Array1,
     near: float,
     guard: float,
     kept_guard: float,

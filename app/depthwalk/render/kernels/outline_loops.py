@@ -13,7 +13,7 @@ from depthwalk.types import Array
 _NEAREST_CORNER = 0.25  # of `warp_planes`
 
 
-@compiled()
+@compiled
 def cylinder_rectangle(
     radius: float, bottom: float, top: float, side: bool, frame: Array, distance: float, bound: Array
 ) -> None:
@@ -35,7 +35,7 @@ def cylinder_rectangle(
         bound[0, axis], bound[1, axis] = low, high
 
 
-@compiled()
+@compiled
 def _seen_hull(hull: Array, frame: Array, seen: Array) -> bool:
     """Write where the corners (k, 3) of a hull are seen on the plane, from the epipole, to `seen` (k, 2).
 
@@ -56,7 +56,7 @@ def _seen_hull(hull: Array, frame: Array, seen: Array) -> bool:
     return True
 
 
-@compiled()
+@compiled
 def _diagonals(points: Array, count: int, diagonals: Array) -> None:
     """Write to `diagonals` (4,) those of the least outline that holds the first `count` of `points` (k, 2).
 
@@ -69,7 +69,7 @@ def _diagonals(points: Array, count: int, diagonals: Array) -> None:
         diagonals[2], diagonals[3] = min(diagonals[2], s - v), max(diagonals[3], s - v)
 
 
-@compiled()
+@compiled
 def hull_outline(hull: Array, frame: Array, bound: Array, seen: Array, polygon: Array, clipped: Array) -> int:
     """Write the corners of an object's outline on its plane to `polygon`; return their number, up to 8.
 
@@ -97,7 +97,7 @@ def hull_outline(hull: Array, frame: Array, bound: Array, seen: Array, polygon: 
     return count
 
 
-@compiled()
+@compiled
 def _clipped(polygon: Array, count: int, a: float, b: float, c: float, clipped: Array) -> int:
     """Clip a convex polygon to a·s + b·v + c ≥ 0; write the corners to `clipped`, and return their number.
 
@@ -118,7 +118,7 @@ def _clipped(polygon: Array, count: int, a: float, b: float, c: float, clipped: 
     return kept
 
 
-@compiled()
+@compiled
 def crop_outline(
     camera: Array,
     distance: float,

@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 
-from depthwalk.kernels.compilation import compiled
+from depthwalk.kernels.compilation import Float32Picture, Float64Array1, Float64Array2, compiled, compiled_as_annotated
 from depthwalk.types import Array
 
 
-@compiled()
+@compiled
 def _segment(numbers: int, epipole: float, k: int) -> int:
     """Return which of the segments between `numbers` texels is drawn as number `k`, see `segment_order`."""
     before = min(max(math.floor(epipole), 0), numbers - 1)
@@ -21,19 +21,19 @@ def _segment(numbers: int, epipole: float, k: int) -> int:
     return numbers - 2 - (k - before) if k < before + numbers - 1 - after else before
 
 
-@compiled()
+@compiled
 def _pixels_between(start: float, end: float, low: float, step: float, count: int) -> tuple[int, int]:
     """Return the first pixel of a line of `count` that a segment covers, and one after the last."""
     return max(math.ceil((start - low) / step), 0), min(math.floor((end - low) / step), count - 1) + 1
 
 
-@compiled()
+@compiled
 def _interpolated(at_start: float, at_end: float, start: float, end: float, place: float) -> float:
     """Return the value at `place` of a segment whose ends, at `start` and `end`, have the given values."""
     return at_start + min(max((place - start) / max(end - start, 1e-300), 0.0), 1.0) * (at_end - at_start)
 
 
-@compiled()
+@compiled
 def _columns(ratio: Array, epipole: float, low: float, step: float, warped: Array) -> None:
     """Move each row of `ratio` (h, w) along itself into `warped` (h, columns), see `warped_lines`."""
     rows, numbers = ratio.shape
@@ -49,7 +49,7 @@ def _columns(ratio: Array, epipole: float, low: float, step: float, warped: Arra
                 warped[row, column] = _interpolated(at_start, at_end, start, end, low + step * column)
 
 
-@compiled()
+@compiled
 def _rows(ratio: Array, epipole: float, low: float, step: float, warped: Array) -> None:
     """Move each column of `ratio` (h, w) along itself into `warped` (rows, w), see `warped_lines`.
 
@@ -68,8 +68,16 @@ def _rows(ratio: Array, epipole: float, low: float, step: float, warped: Array) 
                 warped[row, column] = _interpolated(at_start, at_end, start, end, low + step * row)
 
 
-@compiled("P2 D2 D1 D2 D2 i i")
-def prewarp(depth: Array, epipole: Array, distance: Array, low: Array, step: Array, rows: int, columns: int) -> Array:
+@compiled_as_annotated
+def prewarp(
+    depth: Float32Picture,
+    epipole: Float64Array2,
+    distance: Float64Array1,
+    low: Float64Array2,
+    step: Float64Array2,
+    rows: int,
+    columns: int,
+) -> Array:
     """Return the pre-warped images (n, rows, columns) of a height field; see `relief_prewarp.prewarp`."""
     warped = np.zeros((len(distance), rows, columns), np.float32)
     ratio, moved = np.empty(depth.shape, np.float32), np.empty((depth.shape[0], columns), np.float32)

@@ -7,12 +7,23 @@ import math
 
 import numpy as np
 
-from depthwalk.kernels.compilation import compiled
+from depthwalk.kernels.compilation import (
+    BoolArray1,
+    Float32Array1,
+    Float32Array2,
+    Float64Array1,
+    Float64Array2,
+    Float64Array3,
+    Int32Array1,
+    Int64Array1,
+    compiled,
+    compiled_as_annotated,
+)
 from depthwalk.render.kernels.layout_loops import turned_axes
-from depthwalk.types import Array, Mask, Rows
+from depthwalk.types import Array
 
 
-@compiled()
+@compiled
 def _parallax(record: Array, viewer: Array, focal_pixels: float) -> float:
     """Return a bound on the displacement of any point of an object on the screen, pixels; see `parallax`.
 
@@ -43,7 +54,7 @@ def _parallax(record: Array, viewer: Array, focal_pixels: float) -> float:
     return float(focal_pixels * apart / math.sqrt(away * away + gaps))
 
 
-@compiled()
+@compiled
 def _covers(
     record: Array, frustum: Array, viewer: Array, turned: Array, ray_from_screen: Array, low: float, high: float
 ) -> bool:
@@ -64,25 +75,25 @@ def _covers(
     return True
 
 
-@compiled("N1 F2 D1 D3 B1 I1 B1 I1 D2 I1 F2 F2 F1 F1 D1 D2 D2 f f f f ?")
+@compiled_as_annotated
 def errors(
-    row: Rows,
-    record: Array,
-    density: Array,
-    frustum: Array,
-    whole: Mask,
-    tile_pieces: Rows,
-    provisional: Mask,
-    at: Rows,
-    viewer: Array,
-    pieces: Rows,
-    rotation: Array,
-    centre: Array,
-    bounding_radius: Array,
-    scale: Array,
-    position: Array,
-    axes: Array,
-    ray_from_screen: Array,
+    row: Int32Array1,
+    record: Float32Array2,
+    density: Float64Array1,
+    frustum: Float64Array3,
+    whole: BoolArray1,
+    tile_pieces: Int64Array1,
+    provisional: BoolArray1,
+    at: Int64Array1,
+    viewer: Float64Array2,
+    pieces: Int64Array1,
+    rotation: Float32Array2,
+    centre: Float32Array2,
+    bounding_radius: Float32Array1,
+    scale: Float32Array1,
+    position: Float64Array1,
+    axes: Float64Array2,
+    ray_from_screen: Float64Array2,
     detail_pixels: float,
     reuse_error: float,
     coarser: float,

@@ -8,7 +8,14 @@ import math
 
 import numpy as np
 
-from depthwalk.kernels.compilation import compiled
+from depthwalk.kernels.compilation import (
+    Float32Array1,
+    Float32Array2,
+    Float64Array2,
+    Int32Array2,
+    compiled,
+    compiled_as_annotated,
+)
 from depthwalk.render.kernels.layout_loops import turned_axes
 from depthwalk.types import Array, Mask
 
@@ -16,7 +23,7 @@ _FIELDS = 7  # of a LINE_RECORD
 _FIRST_ROOM = 1024  # lines
 
 
-@compiled()
+@compiled
 def _project(clip_from_object: Array, point: Array, clip: Array) -> None:
     """Write the clip coordinates (4,) of a point (3,) into `clip`; the matrix is (4, 4), for column vectors."""
     for row in range(4):
@@ -25,7 +32,7 @@ def _project(clip_from_object: Array, point: Array, clip: Array) -> None:
             clip[row] += clip_from_object[row, axis] * point[axis]
 
 
-@compiled()
+@compiled
 def _clipped(start: Array, stop: Array) -> bool:
     """Clip the line from `start` to `stop`, (4,) clip coordinates, at the near plane; return whether any is left."""
     before, beyond = start[2] + start[3], stop[2] + stop[3]
@@ -42,7 +49,7 @@ def _clipped(start: Array, stop: Array) -> bool:
     return True
 
 
-@compiled()
+@compiled
 def _write(start: Array, stop: Array, width: float, height: float, line: Array) -> bool:
     """Write ends and depths of a line between clip coordinates to `line`; return whether it passes a pixel's centre."""
     x, y = (start[0] / start[3] + 1) * (width / 2), (start[1] / start[3] + 1) * (height / 2)
@@ -58,17 +65,17 @@ def _write(start: Array, stop: Array, width: float, height: float, line: Array) 
     return bool(last != passed)
 
 
-@compiled("F2 N2 N2 F2 F1 F2 F2 F1 D2 f f f ? f")
+@compiled_as_annotated
 def silhouettes(
-    points: Array,
-    ends: Array,
-    faces: Array,
-    planes: Array,
-    folds: Array,
-    origin: Array,
-    rotation: Array,
-    scale: Array,
-    clip_from_eye: Array,
+    points: Float32Array2,
+    ends: Int32Array2,
+    faces: Int32Array2,
+    planes: Float32Array2,
+    folds: Float32Array1,
+    origin: Float32Array2,
+    rotation: Float32Array2,
+    scale: Float32Array1,
+    clip_from_eye: Float64Array2,
     width: float,
     height: float,
     most_fold: float,

@@ -5,25 +5,36 @@ The reference is `render.impostors.atlas_allocator` and `tile_records`.
 
 import numpy as np
 
-from depthwalk.kernels.compilation import compiled
+from depthwalk.kernels.compilation import (
+    Float32Array1,
+    Float32Array2,
+    Float64Array1,
+    Float64Array2,
+    Float64Array3,
+    Int32Array1,
+    Int64Array1,
+    Int64Array2,
+    compiled,
+    compiled_as_annotated,
+)
 from depthwalk.types import Array, Mask, Rows
 
 
-@compiled("D2 D2 D2 D2 D1 D1 D3 D1 I2 I2 f f F2")
+@compiled_as_annotated
 def warp_records(
-    right: Array,
-    up: Array,
-    normal: Array,
-    epipole: Array,
-    offset: Array,
-    distance: Array,
-    texel: Array,
-    nearest: Array,
-    size: Rows,
-    corner: Rows,
+    right: Float64Array2,
+    up: Float64Array2,
+    normal: Float64Array2,
+    epipole: Float64Array2,
+    offset: Float64Array1,
+    distance: Float64Array1,
+    texel: Float64Array3,
+    nearest: Float64Array1,
+    size: Int64Array2,
+    corner: Int64Array2,
     width: float,
     height: float,
-    rotation: Array,
+    rotation: Float32Array2,
 ) -> Array:
     """Return the records of n tiles for pass 1, see `tile_records.warp_records`.
 
@@ -58,22 +69,22 @@ def warp_records(
     return record
 
 
-@compiled("D2 D2 D2 D2 D1 D2 D2 D2 D2 D3 D1 I2 D2 I2")
+@compiled_as_annotated
 def tile_records(
-    viewer: Array,
-    right: Array,
-    up: Array,
-    normal: Array,
-    distance: Array,
-    low: Array,
-    high: Array,
-    diagonals: Array,
-    depths: Array,
-    texel: Array,
-    nearest: Array,
-    size: Rows,
-    pixel: Array,
-    corner: Rows,
+    viewer: Float64Array2,
+    right: Float64Array2,
+    up: Float64Array2,
+    normal: Float64Array2,
+    distance: Float64Array1,
+    low: Float64Array2,
+    high: Float64Array2,
+    diagonals: Float64Array2,
+    depths: Float64Array2,
+    texel: Float64Array3,
+    nearest: Float64Array1,
+    size: Int64Array2,
+    pixel: Float64Array2,
+    corner: Int64Array2,
 ) -> Array:
     """Return the records of n tiles for pass 2, see `tile_records.tile_records`.
 
@@ -108,8 +119,15 @@ def tile_records(
     return record
 
 
-@compiled("F2 N1 D2 F1 F2 I1")
-def composite_records(cached: Array, row: Rows, viewer: Array, scale: Array, rotation: Array, at: Rows) -> Array:
+@compiled_as_annotated
+def composite_records(
+    cached: Float32Array2,
+    row: Int32Array1,
+    viewer: Float64Array2,
+    scale: Float32Array1,
+    rotation: Float32Array2,
+    at: Int64Array1,
+) -> Array:
     """Return the records by which pass 2 draws tiles where their objects are now, see `tile_records.place_tiles`.
 
     Parameters
@@ -139,7 +157,7 @@ def composite_records(cached: Array, row: Rows, viewer: Array, scale: Array, rot
     return record
 
 
-@compiled()
+@compiled
 def _merged(free: Rows, axis: int) -> Rows:
     """Merge rectangles (n, 4) that touch end to end along `axis`, 0 or 1, see `atlas_allocator`."""
     key = (free[:, 1 - axis] << 40) + (free[:, 3 - axis] << 20) + free[:, axis]
@@ -159,8 +177,8 @@ def _merged(free: Rows, axis: int) -> Rows:
     return merged[:count]
 
 
-@compiled("I2 I2")
-def released(free: Rows, slots: Rows) -> Rows:
+@compiled_as_annotated
+def released(free: Int64Array2, slots: Int64Array2) -> Rows:
     """Return the free rectangles of an atlas after slots are released, see `Atlas.release`.
 
     Parameters
@@ -181,8 +199,8 @@ def released(free: Rows, slots: Rows) -> Rows:
     return _merged(_merged(joined[:count], 0), 1)
 
 
-@compiled("N1 I2")
-def areas(row: Rows, slot: Rows) -> Array:
+@compiled_as_annotated
+def areas(row: Int32Array1, slot: Int64Array2) -> Array:
     """Return the texels (m,) of the slots (t, 4) in the rows `row` (m,), 0 where that is −1, see `TileCache.areas`."""
     area = np.zeros(len(row))
     for k in range(len(row)):
@@ -191,8 +209,8 @@ def areas(row: Rows, slot: Rows) -> Array:
     return area
 
 
-@compiled("N1 I2 I2")
-def kept_slots(row: Rows, slot: Rows, sizes: Rows) -> tuple[Rows, Rows, Mask]:
+@compiled_as_annotated
+def kept_slots(row: Int32Array1, slot: Int64Array2, sizes: Int64Array2) -> tuple[Rows, Rows, Mask]:
     """Return which tiles may stay in their slots, see `tile_cache.kept_slots`.
 
     Parameters
@@ -222,8 +240,8 @@ def kept_slots(row: Rows, slot: Rows, sizes: Rows) -> tuple[Rows, Rows, Mask]:
     return had, padded, stays
 
 
-@compiled("I2 I2")
-def allocate(free: Rows, sizes: Rows) -> tuple[Rows, Rows, int]:
+@compiled_as_annotated
+def allocate(free: Int64Array2, sizes: Int64Array2) -> tuple[Rows, Rows, int]:
     """Allocate slots of an atlas one after the other, until one does not fit, see `Atlas.allocate`.
 
     Parameters

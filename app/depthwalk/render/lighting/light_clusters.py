@@ -117,11 +117,17 @@ def visible_lamps(view: View, lamps: LampTable, tiles: Mapping[int, int] = _NO_T
         seen, mapped, first, last = boxes_in_sight(view, lamps.bounds, tile)
         cells, lists = cluster_lists(first, last, shape, mapped)
     else:
-        lens = np.array(view.half_extent), np.array(view.shear), view.depth_range[0]
-        squares = np.array(view.size) / SQUARE
-        spheres = lamps.bounds.centre, lamps.bounds.bounding_radius
         seen, mapped, first, last = loops.boxes_in_sight(
-            *spheres, tile, view.position, view.axes, *lens, squares, SLICES_PER_DOUBLING
+            centre=lamps.bounds.centre,
+            reach=lamps.bounds.bounding_radius,
+            tile=tile,
+            eye=view.position,
+            axes=view.axes,
+            tangent=np.array(view.half_extent),
+            shear=np.array(view.shear),
+            near=view.depth_range[0],
+            squares=np.array(view.size) / SQUARE,
+            slices=SLICES_PER_DOUBLING,
         )
         cells, lists = loops.cluster_lists(first, last, shape, mapped)
     records = lamps.records[seen]

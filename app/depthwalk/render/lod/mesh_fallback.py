@@ -111,10 +111,22 @@ class MeshFallbacks:
         """
         loops = kernels.loaded()
         if loops is not None:
-            placed = objects.position, objects.rotation, objects.scale, objects.asset, view.position
-            parts = self.mesh, self.part, self.offset, self.turn, reach, self.span
             near, nearest = loops.nearer_than(
-                rows, *placed, *parts, self.centre, self.half_height, self.cylinder_radius
+                rows=rows,
+                position=objects.position,
+                rotation=objects.rotation,
+                scale=objects.scale,
+                asset=objects.asset,
+                eye=view.position,
+                mesh=self.mesh,
+                part=self.part,
+                offset=self.offset,
+                turn=self.turn,
+                reach=reach,
+                span=self.span,
+                asset_centre=self.centre,
+                half_height=self.half_height,
+                cylinder_radius=self.cylinder_radius,
             )
             return near, nearest
         asset = objects.asset[rows]

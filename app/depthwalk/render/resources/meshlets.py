@@ -91,9 +91,19 @@ class Meshlets:
             (k,) rows of the meshlets, part by part, within each part the nearest first.
         """
         if (loops := kernels.loaded()) is not None:
-            lens = view.axes, np.array(view.half_extent), np.array(view.shear)
-            stands = placed["origin"].astype(np.float64), placed["rotation"].astype(np.float64), float(placed["scale"])
-            found, forward = loops.meshlets(self.centre, self.radius, self.axis, self.sine, *stands, *lens, solid)
+            found, forward = loops.meshlets(
+                centre=self.centre,
+                radius=self.radius,
+                axis=self.axis,
+                sine=self.sine,
+                origin=placed["origin"].astype(np.float64),
+                rotation=placed["rotation"].astype(np.float64),
+                scale=float(placed["scale"]),
+                axes=view.axes,
+                tangent=np.array(view.half_extent),
+                shear=np.array(view.shear),
+                solid=solid,
+            )
             return np.asarray(found[np.lexsort((forward, self.part[found]))])
         rotation, scale = placed["rotation"].astype(np.float64)[None], float(placed["scale"])
         middle = placed["origin"] + scale * rotate(rotation, self.centre)

@@ -194,15 +194,15 @@ class RenderWorld:
         """Return the cylinders, world, that enclose the objects `rows` (m,)."""
         table, centre, loops = self.table(), self.bounds().centre, kernels.loaded()
         if loops is not None:
-            o = self.objects()
+            objects = self.objects()
             enclosing = loops.upright_cylinders(
-                rows.astype(np.int64, copy=False),
-                centre,
-                o.rotation,
-                o.asset,
-                o.scale,
-                table.half_height,
-                table.cylinder_radius,
+                rows=rows.astype(np.int64, copy=False),
+                centre=centre,
+                rotation=objects.rotation,
+                asset=objects.asset,
+                scale=objects.scale,
+                half_height=table.half_height,
+                radius=table.cylinder_radius,
             )
             return Cylinders(*enclosing)
         return cylinders(self.objects().take(rows), centre[rows], table.half_height, table.cylinder_radius)

@@ -208,16 +208,16 @@ def _in_sight(
     loops = kernels.loaded()
     if loops is not None:
         rows, forward = loops.visible(
-            bounds.centre,
-            bounds.bounding_radius,
-            order,
-            first,
-            cells,
-            view.position,
-            view.axes,
-            np.array(view.half_extent),
-            np.array(view.shear),
-            min_pixels / (2 * view.detail_pixels),
+            centre=bounds.centre,
+            radius=bounds.bounding_radius,
+            order=order,
+            first=first,
+            cells=cells,
+            position=view.position,
+            axes=view.axes,
+            tangent=np.array(view.half_extent),
+            shear=np.array(view.shear),
+            min_size=min_pixels / (2 * view.detail_pixels),
         )
         return rows, forward
     rows = order[cell_members(first, cells)].astype(np.int64)
