@@ -128,7 +128,7 @@ scene = load_scene(sys.argv[1])
 quick = {"assets.model.dpci.resolution": "64"}
 read = lambda files: load_files(files, overrides=quick if files[0].suffix == ".ply" and len(files) == 1 else {})
 watched = lambda scene: [scene.path] if scene.path.name == "watched.yaml" else []
-walk.run(scene, SceneLibrary(scene.assets), size=(480, 360), read=read, watched=watched)
+walk.run(scene, SceneLibrary(scene.assets), walk.WalkOptions(read=read, watched=watched), size=(480, 360))
 tell(live=[device.live for device in devices])
 """
 PATIENCE = 120  # s that anything may take on a busy machine

@@ -26,9 +26,9 @@ from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
-from depthwalk.scene.models import load_files
 from depthwalk.walk import app
 from depthwalk.walk.screenshot import read_window
+from depthwalk.walk.walk_options import WalkOptions
 from depthwalk.walk.window import open_window
 
 _CREATORS = (
@@ -91,12 +91,12 @@ class Walk:
     def __init__(self, file: Path) -> None:
         scene = load_scene(file)
         scene.render.reprojection.mode = "off"  # frames that depend on the clock are not reproducible
-        self._walk = app.Walk(open_window("faults", SIZE), SceneLibrary(scene.assets), load_files)
+        self._walk = app.Walk(open_window("faults", SIZE), SceneLibrary(scene.assets), WalkOptions())
         self._walk.background.loads_kernels = True  # prevents loading them, as they round differently from NumPy
         self._scene = scene
 
     def __enter__(self) -> "Walk":
-        self._walk.start(self._scene, None, None, lambda camera, frame_all: camera)
+        self._walk.start(self._scene)
         self._walk.state.hud = False
         return self
 

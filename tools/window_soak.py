@@ -29,9 +29,9 @@ from depthwalk.commands.program import as_program, guarded
 from depthwalk.commands.soak import MAX_NEW_OBJECTS, random_walk, resident_bytes
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
-from depthwalk.scene.models import load_files
 from depthwalk.walk import app
 from depthwalk.walk.key_actions import key_actions
+from depthwalk.walk.walk_options import WalkOptions
 from depthwalk.walk.window import open_window
 
 Samples = NDArray[np.int64]
@@ -76,9 +76,9 @@ class Soak:
         scene = load_scene(files[0])
         with ExitStack() as made:
             library = made.enter_context(closing(BackgroundLibrary(scene.assets)))
-            self._walk = app.Walk(open_window("soak", _SIZES[0]), library, load_files)
+            self._walk = app.Walk(open_window("soak", _SIZES[0]), library, WalkOptions())
             made.pop_all()
-        self._walk.start(scene, None, None, lambda camera, frame_all: camera)
+        self._walk.start(scene)
         self._home = self._walk.state.home
 
     def __enter__(self) -> "Soak":

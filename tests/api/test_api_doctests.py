@@ -40,7 +40,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The current folder, with what the examples read, and no window that waits for somebody."""
     write_balls(tmp_path)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(walk, "run", lambda scene, library, **options: None)
+    monkeypatch.setattr(walk, "run", lambda scene, library, options, **window: None)
     return tmp_path
 
 

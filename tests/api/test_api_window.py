@@ -1,6 +1,5 @@
 """The window from Python."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +14,19 @@ from depthwalk.scene.scene import Scene
 
 def test_the_window_gets_the_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = []
-    monkeypatch.setattr(walk, "run", lambda scene, library, **options: opened.append((scene, options)))
+    monkeypatch.setattr(walk, "run", lambda *shown, **window: opened.append((*shown, window)))
     scene = dw.load_scene(write_balls(tmp_path))
     scene.move("ball", position=(1, 2, 3))
     dw.view(scene, size=(320, 200))
-    ((shown, options),) = opened
+    ((shown, _, options, window),) = opened
     assert shown.objects.position[0].tolist() == [1, 2, 3]
-    assert options == {"path": None, "size": (320, 200), "fullscreen": False, "change": None}
+    assert (options, window) == (walk.WalkOptions(), {"size": (320, 200), "fullscreen": False})
     dw.view(scene)
-    assert opened[1][1]["size"] is None  # as large as the command line's, which fits the screen
+    assert opened[1][-1]["size"] is None  # as large as the command line's, which fits the screen
 
 
 def test_no_display_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: SceneLibrary | Scene, **__: Any) -> None:
+    def refuse(*_: object, **__: object) -> None:
         raise walk.NoDisplayError("cannot open a window: no")
 
     monkeypatch.setattr(walk, "run", refuse)
@@ -51,8 +50,9 @@ def test_a_program_moves_the_scene_between_frames(tmp_path: Path, monkeypatch: p
         if len(times) == 2:
             scene.move("row", yaw=1.0)
 
-    def run(*_: SceneLibrary | Scene, change: Callable[[], list[slice]], **__: Any) -> None:
-        told.extend(change() for _ in range(3))
+    def run(scene: Scene, library: SceneLibrary, options: walk.WalkOptions, **_: Any) -> None:
+        assert options.change is not None
+        told.extend(list(options.change()) for _ in range(3))
 
     monkeypatch.setattr(walk, "run", run)
     dw.view(scene, before_frame=before_frame)

@@ -16,9 +16,10 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.commands import view
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.render.headless import HeadlessRenderer
-from depthwalk.scene.arrays import Camera
+from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import Scene
+from depthwalk.walk.walk_options import WalkOptions
 
 REASON = "cannot open a window: no display"
 
@@ -33,8 +34,8 @@ def garden(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.chdir(tmp_path)
     calls = []
 
-    def no_window(scene: Scene, library: SceneLibrary, **options: Any) -> None:
-        calls.append((scene, options))
+    def no_window(scene: Scene, library: SceneLibrary, options: WalkOptions, **window: Any) -> None:
+        calls.append((scene, options, window))
         raise depthwalk.walk.NoDisplayError(REASON)
 
     monkeypatch.setattr(depthwalk.walk, "run", no_window)
@@ -78,22 +79,22 @@ def test_view_passes_on_what_was_asked(run: Callable[..., Any], garden: Sequence
     result = run("view", *options)
     assert (result.exit_code, result.stdout) == (1, "")
     assert result.stderr == f"{REASON}; `depthwalk render` needs no display\n"
-    ((scene, given),) = garden
+    ((scene, given, window),) = garden
     assert scene.path.name == "garden.yaml"
-    camera = given["first_camera"](scene.camera, None)
+    camera = given.first_camera(scene.camera, None)
     assert camera == replace(scene.camera, position=(0, 2, 5)) and camera.target == (0, 1, 0)
-    assert (given["size"], given["fullscreen"], given["representation"].name) == ((320, 200), True, "MESH")
+    assert given.representation is Representation.MESH and window == {"size": (320, 200), "fullscreen": True}
 
 
 def test_view_shows_several_meshes(run: Callable[..., Any], garden: Sequence[Any], tiny_scene: Path) -> None:
     """Read again they are the same ones with the same settings; what is dropped has none of them."""
     ball = tiny_scene.with_name("ball.ply")
     run("view", ball, ball, "--side-by-side", "--set", "render.aa=fxaa")
-    ((scene, given),) = garden
+    ((scene, given, _),) = garden
     assert scene.files == (ball, ball) and scene.side_by_side and len(scene.objects) == 2
-    again = given["read"](scene.files)
+    again = given.read(scene.files)
     assert again.files == (ball, ball) and again.side_by_side and again.render.aa == "fxaa"
-    dropped = given["read"]((ball,))
+    dropped = given.read((ball,))
     assert dropped.files == (ball,) and dropped.render.aa == load_scene(ball).render.aa
 
 
@@ -139,9 +140,9 @@ def test_without_a_camera_view_starts_where_render_stands(
     )
     assert run("render", *options, "-o", tmp_path / "a.png").exit_code == 0
     assert run("view", *options).exit_code == 1
-    ((_, given),) = garden
+    ((_, given, _),) = garden
     whole = Camera((9.0, 9.0, 9.0), drawn[0].camera.target, 1.0)  # what sees all of it has this target
-    assert given["first_camera"](whole, None) == drawn[0].camera
+    assert given.first_camera(whole, None) == drawn[0].camera
     assert drawn[0].camera.position == (0, 2, 5) and drawn[0].camera.target == pytest.approx((0, 1, 0), abs=0.05)
 
 
@@ -161,8 +162,8 @@ def test_a_direction_shows_all_objects_from_there(
     assert tuple(glm.normalize(camera.look)) == pytest.approx((-1, 0, 0))
     assert camera.fov == pytest.approx(math.radians(30))
     assert run("view", *options).exit_code == 1
-    ((_, given),) = garden
-    asked = given["first_camera"](Camera((9.0, 9.0, 9.0), (0.0, 0.0, 0.0), 1.0), lambda fov, along: (fov, along))
+    ((_, given, _),) = garden
+    asked = given.first_camera(Camera((9.0, 9.0, 9.0), (0.0, 0.0, 0.0), 1.0), lambda fov, along: (fov, along))
     assert asked == (pytest.approx(math.radians(30)), (-2, 0, 0))
 
 

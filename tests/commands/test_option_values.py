@@ -4,14 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from depthwalk.commands.option_values import open_in_window, open_scene
+from depthwalk.commands.option_values import open_files, open_scene, show_light_meshes
 from depthwalk.scene.arrays import Representation
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
 def drawn_as(file: Path, settings: list[str] | None = None) -> Representation:
-    (kind,) = open_in_window([file], None, settings).objects.representation.tolist()
+    scene = show_light_meshes(open_files([file], None, settings), settings)
+    (kind,) = scene.objects.representation.tolist()
     return Representation(kind)
 
 

@@ -29,10 +29,10 @@ from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
-from depthwalk.scene.models import load_files
 from depthwalk.scene.path import load_path
 from depthwalk.types import Rows
 from depthwalk.walk import NoDisplayError, app
+from depthwalk.walk.walk_options import WalkOptions
 from depthwalk.walk.window import fitted_size, open_window
 from window_program import PATIENCE, SCENE, Program, User, names
 
@@ -504,9 +504,9 @@ def test_a_signal_that_gets_lost_in_a_callback_closes_the_window(display: None, 
 def test_a_scene_that_was_left_does_not_stay_in_memory(display: None, scene_file: Path) -> None:
     """Even if what there was at the start is not searched for garbage."""
     scene = load_scene(scene_file)
-    walk = app.Walk(open_window("scene", (96, 72)), BackgroundLibrary(scene.assets), load_files)
+    walk = app.Walk(open_window("scene", (96, 72)), BackgroundLibrary(scene.assets), WalkOptions())
     try:
-        walk.start(scene, None, None, lambda camera, frame_all: camera)
+        walk.start(scene)
         walk.step()
         left = weakref.ref(walk.renderer), weakref.ref(scene)
         del scene

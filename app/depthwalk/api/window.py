@@ -58,10 +58,9 @@ def view(
         walk.run(
             loaded,
             BackgroundLibrary(loaded.assets, processes=0),
-            path=camera_path,
+            walk.WalkOptions(path=camera_path, change=None if before_frame is None else _Changes(scene, before_frame)),
             size=size,
             fullscreen=fullscreen,
-            change=None if before_frame is None else _Changes(scene, before_frame),
         )
     except walk.NoDisplayError as error:
         raise GpuError(str(error)) from None

@@ -74,16 +74,9 @@ def main(
             from depthwalk import walk
 
             tour = load_path(shipped_file("paths", f"{name}.yaml"))
+        options = walk.WalkOptions(path=tour, representation=chosen, before_frame=end_if_interrupted)
         try:
-            walk.run(
-                scene,
-                library,
-                path=tour,
-                fullscreen=fullscreen,
-                size=size,
-                representation=chosen,
-                before_frame=end_if_interrupted,
-            )
+            walk.run(scene, library, options, fullscreen=fullscreen, size=size)
         except walk.NoDisplayError as error:
             print(f"{error}; rendering the tour to {FOLDER.resolve()}", file=sys.stderr)
             render_tour(name, scene, library, tour, frames, size or parse_resolution(DEFAULT_RESOLUTION), chosen)

@@ -254,6 +254,7 @@ def open_files(
     files: Sequence[Path],
     asset_roots: Sequence[Path] | None,
     settings: Sequence[str] | None,
+    *,
     sky: Path | None = None,
     side_by_side: bool = False,
     texture: Path | None = None,
@@ -265,23 +266,15 @@ def open_files(
     return load_files(files, asset_roots or (), overrides, sky, side_by_side=side_by_side, texture=texture)
 
 
-def open_in_window(
-    files: Sequence[Path],
-    asset_roots: Sequence[Path] | None,
-    settings: Sequence[str] | None,
-    sky: Path | None = None,
-    side_by_side: bool = False,
-    texture: Path | None = None,
-) -> "Scene":
-    """Load a scene as `open_files` does, but with polygons for light meshes without a scene.
+def show_light_meshes(scene: "Scene", settings: Sequence[str] | None) -> "Scene":
+    """Draw light meshes that a window shows without a scene file by their polygons; return the `scene`.
 
-    Two cores draw its triangles in a few milliseconds and would bake its depth images for up to a minute. They are
-    baked if the user asks for them, in the window or by --representation, or if --set changes them or the object.
+    Two cores draw the triangles of one in a few milliseconds and would bake its depth images for up to a minute. They
+    are baked if the user asks for them, in the window or by --representation, or if --set changes them or the object.
     """
     from depthwalk.scene.arrays import Representation
 
-    scene = open_files(files, asset_roots, settings, sky, side_by_side, texture)
-    for number, file in enumerate(files):
+    for number, file in enumerate(scene.files):
         if _is_plain_mesh(file, settings) and file.stat().st_size <= _LIGHT_FILE:
             scene.objects.representation[number] = Representation.MESH
     return scene

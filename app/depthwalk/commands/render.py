@@ -136,7 +136,7 @@ def main(
         from depthwalk.render.up_axis import stand_upright
         from depthwalk.scene.path import load_path
 
-        loaded = open_files(files, asset_root, settings, sky, side_by_side, texture)
+        loaded = open_files(files, asset_root, settings, sky=sky, side_by_side=side_by_side, texture=texture)
         warn_if_empty(loaded)
         walk = load_path(path) if path else None
         turns = max(round(turntable * _TURNTABLE_FPS), 1) if turntable else 0  # frames

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from depthwalk.commands.exit_codes import FAILURE
-from depthwalk.commands.option_values import open_in_window, parse_camera, parse_resolution, representation
+from depthwalk.commands.option_values import (
+    open_files,
+    parse_camera,
+    parse_resolution,
+    representation,
+    show_light_meshes,
+)
 from depthwalk.commands.options import (
     AssetRoots,
     CacheLimit,
@@ -79,8 +85,10 @@ def main(
 
     def read(files: Sequence[Path]) -> "Scene":
         if tuple(files) == first:
-            return open_in_window(files, asset_root, settings, sky, side_by_side, texture)
-        return open_in_window(files, asset_root, None, side_by_side=side_by_side and len(files) > 1)
+            scene = open_files(files, asset_root, settings, sky=sky, side_by_side=side_by_side, texture=texture)
+            return show_light_meshes(scene, settings)
+        scene = open_files(files, asset_root, None, side_by_side=side_by_side and len(files) > 1)
+        return show_light_meshes(scene, None)
 
     with ExitStack() as closed_at_end:
         with without_garbage_collection():
@@ -93,19 +101,16 @@ def main(
             from depthwalk import walk
 
             tour = load_path(path) if path else None
+        options = walk.WalkOptions(
+            path=tour,
+            representation=chosen,
+            first_camera=camera.apply,
+            read=read,
+            watched=_files_of if watch else None,
+            before_frame=end_if_interrupted,
+        )
         try:
-            walk.run(
-                loaded,
-                library,
-                path=tour,
-                fullscreen=fullscreen,
-                size=size,
-                representation=chosen,
-                first_camera=camera.apply,
-                read=read,
-                watched=_files_of if watch else None,
-                before_frame=end_if_interrupted,
-            )
+            walk.run(loaded, library, options, fullscreen=fullscreen, size=size)
         except walk.NoDisplayError as error:
             typer.echo(f"{error}; `depthwalk render` needs no display", err=True)
             raise typer.Exit(FAILURE) from None

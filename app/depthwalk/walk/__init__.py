@@ -4,37 +4,27 @@
 images in the background.
 """
 
-from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
-from pathlib import Path
 
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.scene.arrays import Camera, Representation
-from depthwalk.scene.camera import FrameAll
-from depthwalk.scene.models import load_files
-from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
+from depthwalk.walk.walk_options import WalkOptions
 from depthwalk.walk.window import NoDisplayError, open_window, title_of
 
-__all__ = ["NoDisplayError", "run"]
+__all__ = ["NoDisplayError", "WalkOptions", "run"]
 
 _USUAL_SIZE = 1024, 768  # of a window, on a desktop that does not enlarge what it shows
+_USUAL_OPTIONS = WalkOptions()
 
 
 def run(
     scene: Scene,
     library: SceneLibrary,
+    options: WalkOptions = _USUAL_OPTIONS,
     *,
-    path: CameraPath | None = None,
     fullscreen: bool = False,
     size: tuple[int, int] | None = None,
-    representation: Representation | None = None,
-    first_camera: Callable[[Camera, FrameAll], Camera] = lambda camera, frame_all: camera,
-    read: Callable[[Sequence[Path]], Scene] = load_files,
-    before_frame: Callable[[], None] = lambda: None,
-    change: Callable[[], Sequence[slice]] | None = None,
-    watched: Callable[[Scene], Sequence[Path]] | None = None,
 ) -> None:
     """Open a window on a scene; return when the user closes it.
 
@@ -44,29 +34,13 @@ def run(
         The scene to show.
     library
         The scene's assets, which are loaded here while the window shows the progress.
-    path
-        A camera path for the key P to play; None for none.
+    options
+        How the walk begins, and what the program does during it.
     fullscreen
         Whether to use the whole screen.
     size
         (width, height) of the window, in coordinates of the desktop. None: 1024 × 768, times what the desktop enlarges
         by, as far as the screen has room; less on a smaller screen.
-    representation
-        How to draw every object; None follows the scene.
-    first_camera
-        Called with the scene's own camera or, if it has none, with one that sees every object, and with a function that
-        returns a camera that sees them for a field of view and a direction. Returns the camera to begin with.
-    read
-        Called with the files of the scene to read it again, and with a scene file or models that are dropped on the
-        window. It may raise InputError.
-    before_frame
-        Called before each frame; what it raises ends the walk. A signal may raise while the window handles a key, where
-        Python drops the exception; this is the place to raise it again.
-    change
-        Called before each frame, while none is being drawn: it may change the scene, and returns the runs of objects
-        that it moved; what it raises ends the walk. None changes nothing.
-    watched
-        Returns the files of a scene, which is read again when one of them is saved; None watches none.
 
     Raises
     ------
@@ -83,4 +57,4 @@ def run(
     except BaseException:
         window.destroy()
         raise
-    walk_in(window, scene, library, path, representation, first_camera, read, before_frame, change, watched)
+    walk_in(window, scene, library, options)

@@ -2,7 +2,6 @@
 
 import gc
 import time
-from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
@@ -17,9 +16,8 @@ from depthwalk.gpu.failures import GPU_FAILURES
 from depthwalk.ingest.formats import MESH_SUFFIXES, is_model_file
 from depthwalk.render.up_axis import ModelTurn
 from depthwalk.render.view.view import View
-from depthwalk.scene.arrays import Camera, Representation
-from depthwalk.scene.camera import FrameAll
-from depthwalk.scene.path import CameraPath, is_path_file, load_path
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.path import is_path_file, load_path
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.atlas_view import AtlasView
 from depthwalk.walk.background_work import BackgroundWork
@@ -41,6 +39,7 @@ from depthwalk.walk.screenshot import read_window, save_screenshot
 from depthwalk.walk.shares import LateShares
 from depthwalk.walk.shown_frames import ShownFrames
 from depthwalk.walk.state import State
+from depthwalk.walk.walk_options import WalkOptions
 from depthwalk.walk.widgets import draw_widgets
 from depthwalk.walk.window import (
     Window,
@@ -60,19 +59,8 @@ _IDLE_SECONDS = 0.05  # between checks of a minimised window
 _RESTING_SECONDS = 0.5  # most time between checks for changes while nothing is drawn
 
 
-def walk_in(
-    window: Window,
-    scene: Scene,
-    library: SceneLibrary,
-    path: CameraPath | None,
-    representation: Representation | None,
-    first_camera: Callable[[Camera, FrameAll], Camera],
-    read: Callable[[Sequence[Path]], Scene],
-    before_frame: Callable[[], None],
-    change: Callable[[], Sequence[slice]] | None,
-    watched: Callable[[Scene], Sequence[Path]] | None,
-) -> None:
-    """Show a scene in a window until the user closes it, and destroy the window. Parameters as in `walk.run`.
+def walk_in(window: Window, scene: Scene, library: SceneLibrary, options: WalkOptions) -> None:
+    """Show a scene in a window until the user closes it, and destroy the window.
 
     Raises
     ------
@@ -82,10 +70,10 @@ def walk_in(
         If the GPU fails repeatedly.
     """
     report = library.report
-    walk = Walk(window, library, read, watched)
+    walk = Walk(window, library, options)
     try:
-        walk.start(scene, path, representation, first_camera)
-        walk.loop(before_frame, change)
+        walk.start(scene)
+        walk.loop()
     except StoppedError:
         pass
     finally:
@@ -112,15 +100,9 @@ class Walk:
     next_files : a scene, models or a camera path to open before the next frame; () for none.
     """
 
-    def __init__(
-        self,
-        window: Window,
-        library: SceneLibrary,
-        read: Callable[[Sequence[Path]], Scene],
-        watched: Callable[[Scene], Sequence[Path]] | None = None,
-    ) -> None:
-        self.window, self.background, self._read = window, BackgroundWork(library), read
-        self._watch = SceneWatch(watched)
+    def __init__(self, window: Window, library: SceneLibrary, options: WalkOptions) -> None:
+        self.window, self.background, self._options = window, BackgroundWork(library), options
+        self._watch = SceneWatch(options.watched)
         self._on_stage = library.report
         self.recovery = GpuRecovery(self._restart)
         self._on_gpu = ExitStack()
@@ -131,16 +113,11 @@ class Walk:
         self._camera_before: Camera | None = None  # of the last frame
         self._widget_rounds = WidgetRounds()
 
-    def start(
-        self,
-        scene: Scene,
-        path: CameraPath | None,
-        representation: Representation | None,
-        first_camera: Callable[[Camera, FrameAll], Camera],
-    ) -> None:
-        """Read, bake and upload everything that the first frame needs; see `run`."""
+    def start(self, scene: Scene) -> None:
+        """Read, bake and upload everything that the first frame of `scene` needs."""
         self._begin()
-        self.renderer = self._loader.open(scene, self.background.library, representation)
+        path, first_camera = self._options.path, self._options.first_camera
+        self.renderer = self._loader.open(scene, self.background.library, self._options.representation)
         self._on_gpu.callback(lambda: self.renderer.release())
         self.model_turn = ModelTurn(scene, self.renderer)
         framed = home_in(scene, self.renderer, self.aspect)
@@ -192,7 +169,7 @@ class Walk:
                     self.state.tell(f"P plays {file.name}")
                 else:
                     self._watch.begin_reading()
-                    self._show(self._read(files))
+                    self._show(self._options.read(files))
                 if left_out:
                     self.state.tell(left_out)
             except InputError as error:
@@ -224,13 +201,13 @@ class Walk:
         # The scene before, and its renderer, refer to themselves, and may be frozen since the program started.
         gc.unfreeze()
 
-    def loop(self, before_frame: Callable[[], None], change: Callable[[], Sequence[slice]] | None = None) -> None:
+    def loop(self) -> None:
         """Draw frames until the window closes or a callback raises; then save what is being recorded."""
-        first_scene = self.state.scene
+        first_scene, change = self.state.scene, self._options.change
         self._clock.tick()
         try:
             while not self.window.is_closing:
-                before_frame()
+                self._options.before_frame()
                 try:
                     if change is not None and self.state.scene is first_scene and not self.frames.is_drawing:
                         for objects in change():
