@@ -4,7 +4,7 @@
 that the shaders read. Nothing here touches GL. Far clusters are planned by `far_cluster_planner`.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -105,18 +105,16 @@ class Planner:
 
         warp = _warp_list(impostors, work, table, settings.atlas_size)
         direct, dmesh = _direct_list(view, scene, seen)
-        polygons, clustered, traced, pictured = _by_representation(scene, seen)
-        near, captured = _captured_lists(view, scene, seen, pictured)
-        polygons = np.concatenate([polygons, near]) if len(near) else polygons
+        others = _by_representation(scene, seen)
+        near, captured = _captured_lists(view, scene, seen, others.captured)
+        polygons = np.concatenate([others.meshes, near]) if len(near) else others.meshes
         rule = fallback_rule(settings, is_resident)
         levels = rule.placed_levels(table.mesh_fallbacks, table.meshes, view, fallbacks)
         mesh = _mesh_list(view, scene, seen.row[polygons], fallbacks, levels, settings.polygons)
-        clusters = cluster_draws(view, objects.take(seen.row[clustered]), table, settings.polygons.error)
-        traced, height_fields = _height_field_lists(view, scene, seen, traced)
-        object_rows = np.concatenate([impostors.row[work.drawn], seen.row[direct], seen.row[traced]])
-        drawn_as = np.full(len(object_rows), Representation.DPCI, np.uint8)
-        drawn_as[len(work.composite) :] = Representation.DMESH
-        drawn_as[len(object_rows) - len(traced) :] = objects.representation[seen.row[traced]]
+        clusters = cluster_draws(view, objects.take(seen.row[others.clustered]), table, settings.polygons.error)
+        from_the_front, height_fields = _height_field_lists(view, scene, seen, others.height_fields)
+        drawn = impostors.row[work.drawn], seen.row[direct], seen.row[from_the_front]
+        representations = Representation.DPCI, Representation.DMESH, objects.representation[drawn[2]]
         return FrameDrawLists(
             warp=warp,
             composite=ImpostorQuads(records=work.composite, aligned=work.aligned, rows=impostors.row[work.drawn]),
@@ -126,8 +124,10 @@ class Planner:
             cleared=work.slots,
             noted={"objects": len(objects), "mesh_fallbacks": len(fallbacks)} | _noted(mesh, clusters, work, table),
             tiles=drawn_tiles(work, seen.step[tiled]),
-            object_rows=object_rows,
-            drawn_as=drawn_as,
+            object_rows=np.concatenate(drawn),
+            drawn_as=np.concatenate(
+                [np.full(len(rows), kind, np.uint8) for rows, kind in zip(drawn, representations, strict=True)]
+            ),
             height_fields=height_fields,
             captured=captured,
             first_object_id=first_object_id,
@@ -161,8 +161,7 @@ class Planner:
         dumped = [dict(group.__dict__) for group in groups]  # copies, as settings may be changed in place
         picture = view.whole_size[1], settings.atlas_size, settings.tile_light
         made_for = scene.table, scene.generation, dumped, *picture
-        same = bool(self._made_for) and scene.table is self._made_for[0] and made_for[1:] == self._made_for[1:]
-        same = same and self._objects is not None and _same_assets(objects, self._objects)
+        same = made_for == self._made_for and self._objects is not None and _same_assets(objects, self._objects)
         self._objects, self._made_for = objects, made_for
         if not same:
             self.tiles.forget(len(objects), settings.atlas_size)
@@ -255,31 +254,44 @@ def _direct_list(view: View, scene: SceneArrays, seen: ObjectDetail) -> tuple[Ro
     )
 
 
-def _by_representation(scene: SceneArrays, seen: ObjectDetail) -> tuple[Rows, Rows, Rows, Rows]:
-    """Return indices into `seen`: of meshes, of meshes drawn by clusters, of height fields, of captured views."""
+class _ByRepresentation(NamedTuple):
+    """Hold indices into an `ObjectDetail` of what is not drawn by its depth samples, by its representation.
+
+    meshes; clustered: meshes drawn by clusters; height_fields: one of `HEIGHT_FIELDS`; captured: one of `CAPTURED`.
+    """
+
+    meshes: Rows
+    clustered: Rows
+    height_fields: Rows
+    captured: Rows
+
+
+def _by_representation(scene: SceneArrays, seen: ObjectDetail) -> _ByRepresentation:
+    """Return what is `seen` and not drawn by its depth samples, by its representation."""
     others = (seen.method == POLYGONS).nonzero()[0]
     kind = scene.objects.representation[seen.row[others]]
     if kind.max(initial=0) < Representation.MESH_CLUSTERS:  # as in nearly every scene
-        return others, others[:0], others[:0], others[:0]
+        return _ByRepresentation(others, others[:0], others[:0], others[:0])
     clustered, captured = kind == Representation.MESH_CLUSTERS, kind >= CAPTURED[0]
-    traced = (kind > Representation.MESH_CLUSTERS) & ~captured
-    return others[~(clustered | traced | captured)], others[clustered], others[traced], others[captured]
+    height_field = (kind > Representation.MESH_CLUSTERS) & ~captured
+    is_mesh = ~(clustered | height_field | captured)
+    return _ByRepresentation(others[is_mesh], others[clustered], others[height_field], others[captured])
 
 
 def _captured_lists(
-    view: View, scene: SceneArrays, seen: ObjectDetail, pictured: Rows
+    view: View, scene: SceneArrays, seen: ObjectDetail, captured: Rows
 ) -> tuple[Rows, dict[Representation, DrawList]]:
-    """Return which of `pictured` (indices into `seen`) are drawn as meshes, and the draws of the others.
+    """Return which of `captured` (indices into `seen`) are drawn as meshes, and the draws of the others.
 
     Drawn as meshes are those so near that the viewer may be within their boxes.
     """
-    if not len(pictured):
-        return pictured, {}
-    objects, table, rows = scene.objects, scene.table, seen.row[pictured]
+    if not len(captured):
+        return captured, {}
+    objects, table, rows = scene.objects, scene.table, seen.row[captured]
     asset = objects.asset[rows]
-    distance = np.linalg.norm(seen.viewer[pictured] - table.centre[asset], axis=1)
+    distance = np.linalg.norm(seen.viewer[captured] - table.centre[asset], axis=1)
     is_near = distance < _CAPTURED_FROM * table.bounding_radius[asset]
-    near, rows = pictured[is_near], rows[~is_near]
+    near, rows = captured[is_near], rows[~is_near]
     kind, asset = objects.representation[rows], objects.asset[rows]
     lists = {}
     for number in np.unique(kind).tolist():
@@ -291,25 +303,25 @@ def _captured_lists(
 
 
 def _height_field_lists(
-    view: View, scene: SceneArrays, seen: ObjectDetail, traced: Rows
+    view: View, scene: SceneArrays, seen: ObjectDetail, fields: Rows
 ) -> tuple[Rows, dict[Representation, DrawList]]:
-    """Return those of `traced` (indices into `seen`), (d,), that are seen from the front, and their draws.
+    """Return those of `fields` (indices into `seen`), (d,), that are seen from the front, and their draws.
 
     These are drawn by one of `HEIGHT_FIELDS`. As with impostors, planar images are not drawn from behind.
     """
-    if not len(traced):
-        return traced, {}
+    if not len(fields):
+        return fields, {}
     objects, table = scene.objects, scene.table
-    _, distance = warp_faces(seen.viewer[traced], table.volumes.take(objects.asset[seen.row[traced]]))
-    traced = traced[distance > 0]
-    kind, asset = (column[seen.row[traced]].astype(np.int32) for column in (objects.representation, objects.asset))
+    _, distance = warp_faces(seen.viewer[fields], table.volumes.take(objects.asset[seen.row[fields]]))
+    fields = fields[distance > 0]
+    kind, asset = (column[seen.row[fields]].astype(np.int32) for column in (objects.representation, objects.asset))
     order = np.lexsort([asset, kind])
-    traced, kind, asset = traced[order], kind[order], asset[order]
+    fields, kind, asset = fields[order], kind[order], asset[order]
     lists = {}
     for number in np.unique(kind).tolist():
-        records = placed_records(view.position, objects.take(seen.row[traced[kind == number]]))
+        records = placed_records(view.position, objects.take(seen.row[fields[kind == number]]))
         lists[Representation(number)] = DrawList(records=records, batches=draw_batches(table, asset[kind == number]))
-    return traced, lists
+    return fields, lists
 
 
 def _mesh_list(

@@ -45,7 +45,7 @@ BINS_PER_OCTAVE, BINS = 4, 56  # of sizes on the screen, from 1 to 16,384 pixels
 UNKNOWN, AS_IMAGES, AS_MESH = -1, 0, 1
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class MeshChoice:
     """Hold which objects of a scene choose, and the advice measured for their assets.
 
@@ -182,9 +182,8 @@ class MeshChooser:
     def __init__(self) -> None:
         self._was_mesh = np.zeros(0, bool)
         self._made_for: object = None
-        self._reach: Array = np.zeros(0)
-        self._reach_for: tuple[object, ...] = ()  # the arguments that `_reach` was computed for
-        self._known: tuple[MeshChoice | None, MeshFallbacks | None] = None, None  # the tables among them
+        self._farthest: Array = np.zeros(0)
+        self._farthest_for: tuple[object, ...] = ()  # what `_farthest` was computed from
 
     def as_meshes(
         self,
@@ -222,7 +221,7 @@ class MeshChooser:
         if self._made_for is not choice or len(self._was_mesh) != len(objects):  # other objects, or other assets
             self._made_for, self._was_mesh = choice, np.zeros(len(objects), bool)
         near, nearest = fallbacks.nearer_than(
-            view, objects, rows, self._farthest(view, choice, fallbacks, rule.magnification)
+            view, objects, rows, self._farthest_as_mesh(view, choice, fallbacks, rule.magnification)
         )
         number = objects.asset[rows[near]]
         first = rows[near] - fallbacks.part[number]
@@ -244,12 +243,14 @@ class MeshChooser:
         self._was_mesh[first[found]] = True
         return near[found]
 
-    def _farthest(self, view: View, choice: MeshChoice | None, fallbacks: MeshFallbacks, magnification: float) -> Array:
+    def _farthest_as_mesh(
+        self, view: View, choice: MeshChoice | None, fallbacks: MeshFallbacks, magnification: float
+    ) -> Array:
         """Return the result of `farthest_as_mesh`, cached until lens, picture size or tables change."""
-        seen_by = view.detail_pixels, view.whole_size, magnification
-        if self._known[0] is not choice or self._known[1] is not fallbacks or self._reach_for != seen_by:
+        made_for = choice, fallbacks, view.detail_pixels, view.whole_size, magnification
+        if self._farthest_for != made_for:
             advised = None if choice is None else choice.advised
             triangles = fallbacks.triangles[fallbacks.mesh]
-            self._reach = farthest_as_mesh(view, fallbacks, triangles, advised, magnification)
-            self._known, self._reach_for = (choice, fallbacks), seen_by
-        return self._reach
+            self._farthest = farthest_as_mesh(view, fallbacks, triangles, advised, magnification)
+            self._farthest_for = made_for
+        return self._farthest

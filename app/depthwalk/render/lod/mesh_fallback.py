@@ -20,7 +20,7 @@ from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.types import Array, Ints, Mask, Rows
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, eq=False)
 class MeshFallbacks:
     """Hold which mesh may replace each depth object (see `CookedParts`, which gives `a` numbers).
 

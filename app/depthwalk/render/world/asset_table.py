@@ -23,7 +23,7 @@ from depthwalk.scene.arrays import SIMPLIFIED, Objects, Representation
 from depthwalk.types import Array, Ints, Mask, Rows
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class AssetTable:
     """Hold what planning needs of meshes and depth objects; `a` is how many numbers `CookedParts` gives them.
 
