@@ -1,7 +1,7 @@
 """Plan the shadow maps of a frame: which maps of sun and lamps it has, and what is drawn into each."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ from depthwalk.gpu.timers import PassTimers
 from depthwalk.params import Memo
 from depthwalk.render.lighting.irradiance import Lighting
 from depthwalk.render.lod.fallback_rule import IsResident, MeshFallbackRule
-from depthwalk.render.shadows.cascades import fit_cascades, shadow_extent
+from depthwalk.render.shadows.cascades import Cascade, fit_cascades, shadow_extent
 from depthwalk.render.shadows.casters import (
     LightView,
     MovingCasters,
@@ -23,7 +23,6 @@ from depthwalk.render.shadows.casters import (
 )
 from depthwalk.render.shadows.seen_prism import SeenPrism
 from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot, shadow_lamps
-from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.frame_residency import FrameResidency
 from depthwalk.render.world.render_world import RenderWorld
@@ -39,7 +38,7 @@ _LIFTED = 4.0  # texels: how far, besides the filter's width, from a surface poi
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Found:
+class _Casters:
     """Hold the objects that cast shadows in a map, and the state of the world that they were found for.
 
     assets: their distinct assets, in the order of the `rows`.
@@ -98,7 +97,7 @@ class ShadowPlanner:
         self._world, self._timers = world, timers
         self._warned = False
         self._lamps = Memo(shadow_lamps)
-        self._found: dict[int, _Found] = {}  # by the map's number in a frame
+        self._found: dict[int, _Casters] = {}  # by the map's number in a frame
         self._planned: dict[int, _Planned] = {}
         self._shadowed: tuple[tuple[object, ...], tuple[Array, float] | None] = (), None
 
@@ -144,48 +143,54 @@ class ShadowPlanner:
         with self._timers.measure_cpu("cull"):
             by_sun = params.enabled and bool(light.sun.any())
             cascades = fit_cascades(view, light.to_sun, params, self._extent(light.to_sun)) if by_sun else ()
-            chosen = choose_shadow_lamps(view, self._lamps.of(lamps))
-            self._warn_of_lamps(len(chosen), params.lamps)
-            tiles = assign_tiles(chosen[: params.lamps], lamps, params.lamps)
+            tiles = self._lamp_tiles(view, lamps, params)
             spots = [lamp_spot(lamps[number], params.lamp_resolution) for number in tiles]
             views: list[LightView] = [*cascades, *spots]
-            bounds = self._world.bounds()
             moving = self._world.moving_rows() if may_wait else np.zeros(0, np.int64)
-            found = [self._found_in(number, map_view, bounds, moving) for number, map_view in enumerate(views)]
+            casters = [self._casters(number, map_view, moving) for number, map_view in enumerate(views)]
             if cascades and not may_wait:
-                prism = SeenPrism.of(view, cascades[0].axes, params.distance)
-                for number, cascade in enumerate(cascades):
-                    margin, rows = (params.filter_width + _LIFTED) * cascade.texel, found[number].rows
-                    met = rows[prism.meets(bounds.take(rows), margin)]
-                    found[number] = replace(found[number], rows=met, assets=self._assets(met))
+                casters[: len(cascades)] = self._casting_on_seen(view, cascades, casters, params)
         with self._timers.measure_cpu("upload"):
-            casters = _resident(found, uploads)
+            resident = _resident(casters, uploads)
             if len(moving):
                 moving = moving[uploads.resident(moving)]
         with self._timers.measure_cpu("plan"):
             # Far from the viewer edges are small on the screen, so farther maps of the sun may have fewer triangles.
-            fraction = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)
-            maps = [
-                self._map(
-                    number,
-                    map_view,
-                    rows,
-                    _Detail(
-                        magnification=magnification,
-                        error=params.error,
-                        triangles_per_texel=params.triangles_per_texel * part * detail,
-                        chooses=may_wait,
-                    ),
-                    uploads.is_mesh_resident,
-                    moving,
+            shares = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)
+            maps = []
+            for number, (map_view, rows, share) in enumerate(zip(views, resident, shares, strict=True)):
+                map_detail = _Detail(
+                    magnification=magnification,
+                    error=params.error,
+                    triangles_per_texel=params.triangles_per_texel * share * detail,
+                    chooses=may_wait,
                 )
-                for number, (map_view, rows, part) in enumerate(zip(views, casters, fraction, strict=True))
-            ]
-        of_lamps = dict(zip(tiles.values(), maps[len(cascades) :], strict=True))
-        of_sun = maps[: len(cascades)]
+                maps.append(self._map(number, map_view, rows, map_detail, uploads.is_mesh_resident, moving))
+        of_sun, of_lamps = maps[: len(cascades)], maps[len(cascades) :]
         if detail < 1:
             of_sun = [replace(map_, provisional=True) for map_ in of_sun]
-        return Shadows(sun=tuple(of_sun) if by_sun else None, may_wait=may_wait, lamps=of_lamps, tiles=tiles)
+        return Shadows(
+            sun=tuple(of_sun) if by_sun else None,
+            may_wait=may_wait,
+            lamps=dict(zip(tiles.values(), of_lamps, strict=True)),
+            tiles=tiles,
+        )
+
+    def _lamp_tiles(self, view: View, lamps: Sequence["LampParams"], params: ShadowParams) -> dict[int, int]:
+        """Return which lamps have a shadow map in this frame, and in which tile; warn where these are not all."""
+        chosen = choose_shadow_lamps(view, self._lamps.of(lamps))
+        self._warn_of_lamps(len(chosen), params.lamps)
+        return assign_tiles(chosen[: params.lamps], lamps, params.lamps)
+
+    def _casting_on_seen(
+        self, view: View, cascades: Sequence[Cascade], casters: Sequence[_Casters], params: ShadowParams
+    ) -> Iterator[_Casters]:
+        """Yield of the `casters` of each map of the sun those whose shadow may fall on something in the `view`."""
+        prism = SeenPrism.of(view, cascades[0].axes, params.distance)
+        for cascade, of_map in zip(cascades, casters, strict=False):
+            margin = (params.filter_width + _LIFTED) * cascade.texel
+            rows = of_map.rows[prism.meets(self._world.bounds().take(of_map.rows), margin)]
+            yield replace(of_map, rows=rows, assets=self._assets(rows))
 
     def _extent(self, to_sun: Array) -> tuple[Array, float] | None:
         """Return a sphere that holds all shadows of the sun, computed again when anything has changed."""
@@ -194,16 +199,16 @@ class ShadowPlanner:
             self._shadowed = state, shadow_extent(self._world.bounds(), to_sun, self._world.ground_height)
         return self._shadowed[1]
 
-    def _found_in(self, number: int, view: LightView, bounds: Bounds, moving: Rows) -> _Found:
+    def _casters(self, number: int, view: LightView, moving: Rows) -> _Casters:
         """Return the objects that cast shadows in the map with the `number`, found again if anything has changed.
 
         The rows `moving` are left out.
         """
         found, changes = self._found.get(number), self._changes(moving)
         if found is None or found.changes != changes or not sees_same(found.view, view):
-            rows = find_casters(view, bounds)
+            rows = find_casters(view, self._world.bounds())
             rows = rows[~np.isin(rows, moving)] if len(moving) else rows
-            found = self._found[number] = _Found(view=view, changes=changes, rows=rows, assets=self._assets(rows))
+            found = self._found[number] = _Casters(view=view, changes=changes, rows=rows, assets=self._assets(rows))
         return found
 
     def _changes(self, moving: Rows) -> tuple[int, int]:
@@ -283,10 +288,10 @@ def _rule(detail: _Detail, is_resident: IsResident) -> MeshFallbackRule:
     )
 
 
-def _resident(found: Sequence[_Found], uploads: FrameResidency) -> list[Rows]:
-    """Return the rows of those objects `found` in each map whose assets are on the GPU, after uploading these."""
-    if not found:
+def _resident(casters: Sequence[_Casters], uploads: FrameResidency) -> list[Rows]:
+    """Return the rows of those `casters` of each map whose assets are on the GPU, after uploading these."""
+    if not casters:
         return []
-    if uploads.are_resident(np.concatenate([of_map.assets for of_map in found])).all():  # as in nearly every frame
-        return [of_map.rows for of_map in found]
-    return [of_map.rows[uploads.resident(of_map.rows)] for of_map in found]
+    if uploads.are_resident(np.concatenate([of_map.assets for of_map in casters])).all():  # as in nearly every frame
+        return [of_map.rows for of_map in casters]
+    return [of_map.rows[uploads.resident(of_map.rows)] for of_map in casters]
