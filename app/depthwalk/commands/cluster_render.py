@@ -9,26 +9,12 @@ from depthwalk.cluster.address import ClusterAddress
 from depthwalk.cluster.connection import open_cluster
 from depthwalk.commands.cluster_progress import cluster_progress
 from depthwalk.commands.frame_chunks import RenderJob, draw_on
-from depthwalk.commands.options import RepresentationName
-from depthwalk.commands.output import Output
 from depthwalk.commands.progress import asset_progress, log
 from depthwalk.errors import InputError
 from depthwalk.scene.scene import Scene
 
 
-def render_on_cluster(
-    where: ClusterAddress,
-    loaded: Scene,
-    frames: Sequence[int],
-    scene: Path,
-    path: Path,
-    asset_roots: Sequence[Path],
-    settings: Sequence[str],
-    sky: Path | None,
-    size: tuple[int, int],
-    representation: RepresentationName,
-    output: Output,
-) -> bool:
+def render_on_cluster(where: ClusterAddress, loaded: Scene, frames: Sequence[int], job: RenderJob) -> bool:
     """Render frames on a cluster, and print the name of each file.
 
     Parameters
@@ -39,8 +25,8 @@ def render_on_cluster(
         The scene, with its render settings as the frames are drawn.
     frames
         The numbers of the frames.
-    scene, path, asset_roots, settings, sky, size, representation, output
-        See `RenderJob`; names of files may be relative.
+    job
+        What to draw; names of files may be relative, and the key is not needed.
 
     Returns
     -------
@@ -54,19 +40,19 @@ def render_on_cluster(
     ClusterError
         If the cluster cannot be reached or is lost for good.
     """
+    output = job.output
     if not output.is_series:
         raise InputError(f"{output.name}: --cluster needs a file for each frame; put {{frame:4}} into the name")
-    job = RenderJob(
+    scene = job.scene  # as the user named it, for messages
+    job = replace(
+        job,
         scene=scene.resolve(),
-        path=path.resolve(),
-        asset_roots=tuple(root.resolve() for root in asset_roots),
-        settings=tuple(settings),
-        sky=sky and sky.resolve(),
-        size=size,
-        representation=representation,
+        path=job.path.resolve(),
+        asset_roots=tuple(root.resolve() for root in job.asset_roots),
+        sky=job.sky and job.sky.resolve(),
         output=output if output.is_remote else replace(output, name=str(Path(output.name).absolute())),
+        key=job.keys(loaded).scene,
     )
-    job = replace(job, key=job.keys(loaded).scene)
     missing: list[int] = []
     if where.url is None:  # otherwise all of its workers would bake the same at once
         with asset_progress() as report:

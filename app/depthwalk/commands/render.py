@@ -149,11 +149,21 @@ def main(
         raise InputError(f"{out}: --resume needs a file for each frame; put {{frame:4}} into the name")
     if where and path:
         from depthwalk.commands.cluster_render import render_on_cluster
+        from depthwalk.commands.frame_chunks import RenderJob
 
         if loaded.beside or texture:
             raise InputError("--cluster: draws a scene file, or one mesh without --texture")
-        job = loaded.path, path, asset_root or [], settings or [], sky, size, representation_name, output
-        if not render_on_cluster(where, loaded, numbers, *job):
+        job = RenderJob(
+            scene=loaded.path,
+            path=path,
+            asset_roots=tuple(asset_root or ()),
+            settings=tuple(settings or ()),
+            sky=sky,
+            size=size,
+            representation=representation_name,
+            output=output,
+        )
+        if not render_on_cluster(where, loaded, numbers, job):
             raise typer.Exit(FAILURE)
         return
     if time and loaded.animations is None:
