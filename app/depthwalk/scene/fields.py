@@ -1,4 +1,4 @@
-"""Define the value types that scene and path files share: numbers in sane ranges, vectors, colours.
+"""Define the value types that scene and path files share: numbers in sane ranges, vectors, counts, colours.
 
 A union of several classes is decided by the key that only one of them has (`one_of_keys`).
 """
@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Strict, WithJsonSchema
 
-from depthwalk.limits import MAX_COORDINATE
+from depthwalk.limits import MAX_COORDINATE, MAX_DPCI_LAYERS, MAX_DPCI_PARTS, MAX_INSTANCES
 from depthwalk.params import Params, shown
 
 MIN_SCALE, MAX_SCALE = 1e-4, 1e4
@@ -86,8 +86,34 @@ def _ordered(value: Sequence[float]) -> Sequence[float]:
     return value
 
 
+def _auto_or_up_to(most: int) -> BeforeValidator:
+    def check(value: Any) -> Any:
+        if value != "auto" and not (type(value) is int and 1 <= value <= most):
+            raise ValueError(f"must be auto or a whole number from 1 to {most}, not {shown(value)}")
+        return value
+
+    return BeforeValidator(check)
+
+
+def _auto_or_up_to_schema(most: int) -> WithJsonSchema:
+    return WithJsonSchema({"anyOf": [{"const": "auto"}, {"type": "integer", "minimum": 1, "maximum": most}]})
+
+
+def _axis(value: Any) -> Any:
+    if value not in ("auto", "x", "y", "z") and not (
+        isinstance(value, list | tuple)
+        and len(value) == 3
+        and all(type(part) in (int, float) and abs(part) <= MAX_COORDINATE for part in value)
+        and any(value)
+    ):
+        raise ValueError(f"must be auto, x, y, z or a direction [x, y, z], not {shown(value)}")
+    return value
+
+
 Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
 Length = Annotated[float, Field(gt=0, le=MAX_COORDINATE)]
+FocalLength = Annotated[float, Field(ge=1, le=MAX_COORDINATE)]
+Count = Annotated[int, Field(ge=1, le=MAX_INSTANCES)]
 Scale = Annotated[float, Field(ge=MIN_SCALE, le=MAX_SCALE)]
 _SCALE_SCHEMA = {"type": "number", "minimum": MIN_SCALE, "maximum": MAX_SCALE}
 _Unit = Annotated[float, Field(ge=0, le=1)]
@@ -95,6 +121,7 @@ _Unit = Annotated[float, Field(ge=0, le=1)]
 Version = Annotated[Literal[1], BeforeValidator(_version)]
 Vector = Annotated[tuple[Coordinate, Coordinate, Coordinate], Strict(False), numbers("x", "y", "z")]
 Extent = Annotated[tuple[Length, Length], Strict(False), numbers("x", "z")]
+GridCount = Annotated[tuple[Count, Count], Strict(False), numbers("nx", "nz")]
 ImageSize = Annotated[tuple[Length, Length], Strict(False), numbers("width", "height")]
 ScaleRange = Annotated[
     tuple[Scale, Scale],
@@ -124,3 +151,8 @@ Colour = Annotated[
     ),
 ]
 """sRGB red, green, blue in 0–1; `depthwalk.colour.linear_from_srgb` makes it linear."""
+CountOrAuto = int | Literal["auto"]
+Layers = Annotated[CountOrAuto, _auto_or_up_to(MAX_DPCI_LAYERS), _auto_or_up_to_schema(MAX_DPCI_LAYERS)]
+Parts = Annotated[CountOrAuto, _auto_or_up_to(MAX_DPCI_PARTS), _auto_or_up_to_schema(MAX_DPCI_PARTS)]
+AxisName = Literal["auto", "x", "y", "z"]
+Axis = Annotated[AxisName | Vector, BeforeValidator(_axis)]

@@ -7,73 +7,43 @@ JSON schema for editors and docs/scene-file.md are generated from them. The rest
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, Strict, Tag, WithJsonSchema, model_validator
+from pydantic import Field, Tag, model_validator
 
 from depthwalk.limits import (
     DEFAULT_DPCI_LAYERS,
     DEFAULT_DPCI_RESOLUTION,
     MAX_ASSETS,
     MAX_COORDINATE,
-    MAX_DPCI_LAYERS,
-    MAX_DPCI_PARTS,
     MAX_DPCI_RESOLUTION,
-    MAX_INSTANCES,
     MAX_KEYFRAMES,
     MIN_DPCI_RESOLUTION,
 )
-from depthwalk.params import param, shown
+from depthwalk.params import param
 from depthwalk.scene.environment import CameraParams, Environment, WalkParams
 from depthwalk.scene.fields import (
     KIND,
+    Axis,
     Coordinate,
+    Count,
     Extent,
     FileParams,
     FilePath,
+    FocalLength,
+    GridCount,
     ImageSize,
+    Layers,
     Length,
+    Parts,
     Scale,
     ScaleRange,
     Vector,
     Version,
-    numbers,
     one_of_keys,
 )
 from depthwalk.scene.render_settings import RenderSettings
 
-Focal = Annotated[float, Field(ge=1, le=MAX_COORDINATE)]
 BakeMethod = Literal["raycast", "six-view", "paper"]
 Coordinates = Literal["auto", "never"]
-
-
-def _auto_or_up_to(most: int) -> BeforeValidator:
-    def check(value: Any) -> Any:
-        if value != "auto" and not (type(value) is int and 1 <= value <= most):
-            raise ValueError(f"must be auto or a whole number from 1 to {most}, not {shown(value)}")
-        return value
-
-    return BeforeValidator(check)
-
-
-def _auto_or_up_to_schema(most: int) -> WithJsonSchema:
-    return WithJsonSchema({"anyOf": [{"const": "auto"}, {"type": "integer", "minimum": 1, "maximum": most}]})
-
-
-def _axis(value: Any) -> Any:
-    if value not in ("auto", "x", "y", "z") and not (
-        isinstance(value, list | tuple)
-        and len(value) == 3
-        and all(type(part) in (int, float) and abs(part) <= MAX_COORDINATE for part in value)
-        and any(value)
-    ):
-        raise ValueError(f"must be auto, x, y, z or a direction [x, y, z], not {shown(value)}")
-    return value
-
-
-CountOrAuto = int | Literal["auto"]
-Layers = Annotated[CountOrAuto, _auto_or_up_to(MAX_DPCI_LAYERS), _auto_or_up_to_schema(MAX_DPCI_LAYERS)]
-Parts = Annotated[CountOrAuto, _auto_or_up_to(MAX_DPCI_PARTS), _auto_or_up_to_schema(MAX_DPCI_PARTS)]
-AxisName = Literal["auto", "x", "y", "z"]
-Axis = Annotated[AxisName | Vector, BeforeValidator(_axis)]
 
 
 class MesoParams(FileParams):
@@ -158,8 +128,8 @@ class BakedAssetParams(FileParams):
 class IntrinsicsParams(FileParams):
     """Describe the pinhole camera of a range image, without distortion; (0, 0) is the centre of the top left pixel."""
 
-    fx: Focal = param(..., "Horizontal focal length", unit="pixels")
-    fy: Focal = param(..., "Vertical focal length", unit="pixels")
+    fx: FocalLength = param(..., "Horizontal focal length", unit="pixels")
+    fy: FocalLength = param(..., "Vertical focal length", unit="pixels")
     cx: Coordinate = param(..., "Column of the principal point", unit="pixels")
     cy: Coordinate = param(..., "Row of the principal point, from the top", unit="pixels")
 
@@ -229,8 +199,6 @@ AssetParams = Annotated[
 ]
 
 
-_Count = Annotated[int, Field(ge=1, le=MAX_INSTANCES)]
-GridCount = Annotated[tuple[_Count, _Count], Strict(False), numbers("nx", "nz")]
 RepresentationName = Literal[
     "dpci",
     "mesh",
@@ -340,7 +308,7 @@ class ScatterParams(PlacedParams):
     """Place objects of one asset at random in a rectangle centred on `position`, each with a random yaw."""
 
     asset: str = param(..., "Name of the asset")
-    count: _Count = param(..., "Number of objects")
+    count: Count = param(..., "Number of objects")
     area: Extent = param(..., "Size of the rectangle along x and z", unit="m")
     seed: int = param(0, "Seed of the random numbers; the same seed gives the same positions", ge=0, le=2**32 - 1)
     spacing: float = param(0.0, "Smallest distance between two objects", unit="m", ge=0, le=MAX_COORDINATE)
