@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from trimesh import PointCloud as TrimeshPoints
 from trimesh import Trimesh
+from trimesh.visual.color import to_rgba
 
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.ingest.point_cloud import PointCloud
@@ -49,15 +50,20 @@ def _cloud(points: TrimeshPoints, matrix: Array, linear_colours: bool) -> PointC
         normals = unit_normals(normals @ np.linalg.inv(linear))
     with np.errstate(invalid="ignore"):  # points may be infinite; `cloud_soup` drops them
         placed = positions @ linear.T + matrix[:3, 3]
-    return PointCloud(placed, normals, _file_colours(points, linear_colours))
-
-
-def _file_colours(points: TrimeshPoints, linear: bool) -> NDArray[np.uint8] | None:
-    """Return the colours (n, 3), sRGB, of points whose own are `linear` or not; None if they have none."""
     colours = np.asarray(points.colors)
-    if colours.shape != (len(points.vertices), 4):
-        return None
-    return srgb8_from_linear(colours[:, :3] / 255) if linear else colours[:, :3].astype(np.uint8)
+    has_colours = colours.shape == (len(points.vertices), 4)
+    return PointCloud(placed, normals, srgb_colours(colours, linear=linear_colours) if has_colours else None)
+
+
+def srgb_colours(values: NDArray[Any], *, linear: bool) -> NDArray[np.uint8]:
+    """Return the sRGB colours (n, 3) of a file's `values`, (n, 3 or 4), 0 to 1 or, in uint8, to 255.
+
+    Those of glTF are `linear`, of all other formats sRGB already.
+    """
+    if not linear:
+        return to_rgba(np.array(values))[:, :3].astype(np.uint8)
+    unit = values[:, :3] / 255.0 if values.dtype == np.uint8 else values[:, :3]  # dividing a signalling NaN warns
+    return srgb8_from_linear(np.nan_to_num(unit, nan=0.0, posinf=1.0, neginf=0.0))
 
 
 def _file_normals(points: TrimeshPoints) -> NDArray[np.float64]:

@@ -17,10 +17,8 @@ import trimesh
 from numpy.typing import NDArray
 from trimesh.resolvers import FilePathResolver
 from trimesh.transformations import fix_rigid
-from trimesh.visual.color import to_rgba
 from trimesh.visual.texture import TextureVisuals
 
-from depthwalk.colour import srgb8_from_linear
 from depthwalk.errors import InputError, quoted
 from depthwalk.ingest import gltf
 from depthwalk.ingest.formats import GLTF_SUFFIXES, IMAGE_SUFFIXES
@@ -36,7 +34,7 @@ from depthwalk.ingest.ply import with_usual_colours
 from depthwalk.ingest.point_cloud import PointCloud
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8, find, texture_name
-from depthwalk.ingest.trimesh_points import joined_points, ply_columns
+from depthwalk.ingest.trimesh_points import joined_points, ply_columns, srgb_colours
 from depthwalk.limits import MAX_COPIED_TRIANGLES
 
 logging.getLogger("trimesh").setLevel(logging.ERROR)  # it warns, with tracebacks, about things that are checked here
@@ -329,7 +327,7 @@ def _file_uv(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
 
 
 def _file_colours(mesh: trimesh.Trimesh, linear: bool) -> NDArray[np.uint8] | None:
-    """Return the vertex colours (V, 3) uint8, sRGB, or None. Those of glTF are `linear`, of all other formats sRGB."""
+    """Return the vertex colours (V, 3), sRGB, of a mesh whose own are `linear` or not; None if it has none."""
     visual: Any = mesh.visual
     if isinstance(visual, TextureVisuals):
         values = visual.vertex_attributes.get("color", mesh.vertex_attributes.get("color"))
@@ -337,8 +335,4 @@ def _file_colours(mesh: trimesh.Trimesh, linear: bool) -> NDArray[np.uint8] | No
         values = visual.vertex_colors if visual.kind == "vertex" else None
     if values is None or np.shape(values) not in ((len(mesh.vertices), 3), (len(mesh.vertices), 4)):
         return None
-    values = np.asarray(values)
-    if not linear:
-        return to_rgba(np.array(values))[:, :3].astype(np.uint8)
-    unit = values[:, :3] / 255.0 if values.dtype == np.uint8 else values[:, :3]  # dividing a signalling NaN warns
-    return srgb8_from_linear(np.nan_to_num(unit, nan=0.0, posinf=1.0, neginf=0.0))
+    return srgb_colours(np.asarray(values), linear=linear)
