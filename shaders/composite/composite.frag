@@ -28,36 +28,36 @@ layout(location = 1) out vec4 tile_light;
 layout(depth_greater) out float gl_FragDepth;   // all surface lies behind the plane
 #endif
 
-// 1 over the distance along the view axis, 0 where nothing is; `nearest` is the texel that owns it, `uncovered` the part of the
+// 1 over the distance along the view axis, 0 where nothing is; `owner_texel` is where it is owned, `uncovered` the part of the
 // pixel that shows what is behind, `aside` where in the pixel the surface has that distance, pixels from the middle.
-float inverse_distance(out ivec2 nearest, out float uncovered, out vec2 aside) {
+float inverse_distance(out ivec2 owner_texel, out float uncovered, out vec2 aside) {
     aside = vec2(0.0);
 #ifdef ALIGNED
     uncovered = 0.0;
-    nearest = ivec2(gl_FragCoord.xy) + texel_from_pixel;
-    float stored = texel_at(atlas_depth, nearest).r;
-    if (stored == 1.0 && objects == 1u) stored = across_crack(nearest, nearest, nearest);
+    owner_texel = ivec2(gl_FragCoord.xy) + texel_from_pixel;
+    float stored = texel_at(atlas_depth, owner_texel).r;
+    if (stored == 1.0 && objects == 1u) stored = across_crack(owner_texel, owner_texel, owner_texel);
     return (1.0 - stored) / nearest_distance;
 #else
     vec3 at = surface_texel();
     vec2 texel = at.xy / at.z;
     if (any(lessThan(texel, vec2(-1.0))) || any(greaterThan(texel, tile.zw + 1.0))) return 0.0;
-    float stored = tile_depth(tile.xy + texel, nearest, uncovered, aside);
+    float stored = tile_depth(tile.xy + texel, owner_texel, uncovered, aside);
     return stored == 1.0 ? 0.0 : inverse_on_ray(stored, at);
 #endif
 }
 
 void main() {
-    ivec2 nearest;
+    ivec2 owner_texel;
     float uncovered;
     vec2 aside;
-    float inverse = inverse_distance(nearest, uncovered, aside);
+    float inverse = inverse_distance(owner_texel, uncovered, aside);
     if (inverse == 0.0) discard;
-    uint owner = texel_at(atlas_owner, nearest).r;
+    uint owner = texel_at(atlas_owner, owner_texel).r;
     uint image = owner & ((1u << IMAGE_BITS) - 1u);
 #ifdef LIT
 #ifdef ALIGNED
-    tile_light = texel_at(atlas_light, nearest);
+    tile_light = texel_at(atlas_light, owner_texel);
 #else
     tile_light = tile_light_found;
 #endif

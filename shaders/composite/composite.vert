@@ -37,13 +37,13 @@ flat out float nearest_distance;    // metres along the view axis, of what is st
 #else
 PER_SAMPLE out vec3 texel_near;            // homogeneous, of x and of x(∞)
 PER_SAMPLE out vec3 texel_far;
-flat out float least;           // w / λ of the tile: `nearest` in docs/algorithms.md
+flat out float nearest;         // the least w / λ of the tile
 flat out vec3 parallax;         // r; λ in the middle of the object; 1 where C is not C0
 #endif
 
 // Where C sees what C0 has at `position`, if its λ is `lambda`.
-vec4 shifted(vec4 position, float lambda, float ratio, vec4 aside) {
-    return (position + (1.0 - lambda) * ratio * aside) / (lambda + (1.0 - lambda) * ratio);
+vec4 shifted(vec4 position, float lambda, float ratio, vec4 delta) {
+    return (position + (1.0 - lambda) * ratio * delta) / (lambda + (1.0 - lambda) * ratio);
 }
 
 // Corner of an octagon: left and right ones in turn, from the lower edge to the upper. low, high: of the rectangle around it;
@@ -61,18 +61,18 @@ vec2 octagon_corner(vec2 low, vec2 high, vec4 ends) {
 
 void main() {
     vec3 moved = in_viewer.xyz - in_origin.xyz;
-    vec2 aside = vec2(dot(in_right.xyz, moved), dot(in_up.xyz, moved));
-    float away = in_normal.w + dot(in_normal.xyz, moved);
-    float ratio = in_normal.w / away;
+    vec2 delta = vec2(dot(in_right.xyz, moved), dot(in_up.xyz, moved));
+    float plane_distance = in_normal.w + dot(in_normal.xyz, moved);
+    float ratio = in_normal.w / plane_distance;
     vec4 sides = vec4(in_right.w, in_up.w, in_high.xy);
-    vec4 near = shifted(sides, in_high.z, ratio, aside.xyxy), far = shifted(sides, in_high.w, ratio, aside.xyxy);
-    vec4 along = vec2(aside.x + aside.y, aside.x - aside.y).xxyy;
+    vec4 near = shifted(sides, in_high.z, ratio, delta.xyxy), far = shifted(sides, in_high.w, ratio, delta.xyxy);
+    vec4 along = vec2(delta.x + delta.y, delta.x - delta.y).xxyy;
     vec4 near_ends = shifted(in_diagonals, in_high.z, ratio, along);
     vec4 far_ends = shifted(in_diagonals, in_high.w, ratio, along);
     vec4 ends = vec4(min(near_ends.xz, far_ends.xz), max(near_ends.yw, far_ends.yw)).xzyw;
     vec2 place = octagon_corner(min(near.xy, far.xy), max(near.zw, far.zw), ends);
 
-    vec3 direction = in_right.xyz * (place.x - aside.x) + in_up.xyz * (place.y - aside.y) - in_normal.xyz * away;
+    vec3 direction = in_right.xyz * (place.x - delta.x) + in_up.xyz * (place.y - delta.y) - in_normal.xyz * plane_distance;
     vec3 to_plane = rotate(in_rotation, direction) * in_viewer.w;
     gl_Position = clip_from_eye * vec4(to_plane, 1.0);
     object = first + uint(in_objects.x);
@@ -84,8 +84,8 @@ void main() {
 #else
     mat3 texel_from_plane = transpose(mat3(in_to_x, in_to_y, in_to_w));
     texel_near = texel_from_plane * vec3(place, 1.0);
-    texel_far = texel_from_plane * vec3(ratio * (place - aside), 1.0);
-    least = in_origin.w;
+    texel_far = texel_from_plane * vec3(ratio * (place - delta), 1.0);
+    nearest = in_origin.w;
     parallax = vec3(ratio, 0.5 * (in_high.z + in_high.w), dot(moved, moved) > 0.0);
 #endif
 }

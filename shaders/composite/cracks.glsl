@@ -9,15 +9,15 @@ float between(float one, float other) {
 }
 
 // Looks across the empty texels from `low` to `high`, which are the same or, each in its row and column, beside each other.
-// Gives the farther depth beyond them and moves `nearest` there, or 1 where there is no crack.
-float across_crack(ivec2 low, ivec2 high, out ivec2 nearest) {
+// Gives the farther depth beyond them and moves `owner_texel` there, or 1 where there is no crack.
+float across_crack(ivec2 low, ivec2 high, out ivec2 owner_texel) {
     float left = texel_at(atlas_depth, low - ivec2(1, 0)).r, right = texel_at(atlas_depth, high + ivec2(1, 0)).r;
     float below = texel_at(atlas_depth, low - ivec2(0, 1)).r, above = texel_at(atlas_depth, high + ivec2(0, 1)).r;
     vec2 first = vec2(low) - tile.xy, last = vec2(high) - tile.xy;
     bvec2 inside = bvec2(first.x >= 1.0 && last.x + 2.0 <= tile.z, first.y >= 1.0 && last.y + 2.0 <= tile.w);
     float across = inside.x ? between(left, right) : 1.0;
     float along = inside.y ? between(below, above) : 1.0;
-    if (across <= along) nearest = left > right ? low - ivec2(1, 0) : high + ivec2(1, 0);
-    else nearest = below > above ? low - ivec2(0, 1) : high + ivec2(0, 1);
+    if (across <= along) owner_texel = left > right ? low - ivec2(1, 0) : high + ivec2(1, 0);
+    else owner_texel = below > above ? low - ivec2(0, 1) : high + ivec2(0, 1);
     return min(across, along);
 }

@@ -12,16 +12,16 @@ vec4 tile_light_found;      // by `tile_depth`: linear light, filtered bilinearl
 const float TIE = 1e-3;
 
 // The pixel's surface lies on the texels of `depth` at `low` + (0,1) (1,1) (1,0) (0,0), as far as their bilinear `weight` says;
-// of empty ones it is 0. Returns whether any is left; if not, `stored` is what closes a crack, or 1, and `nearest` the
+// of empty ones it is 0. Returns whether any is left; if not, `stored` is what closes a crack, or 1, and `owner_texel` the
 // texel that owns it. position: in texels, of the atlas.
-bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out float stored, out ivec2 nearest) {
+bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out float stored, out ivec2 owner_texel) {
     stored = 1.0;
-    nearest = low;
+    owner_texel = low;
 #ifdef PARTIAL
     float front = min(min(depth.x, depth.y), min(depth.z, depth.w));
     if (front == 1.0) {     // of texels half a pixel wide a crack takes two
         ivec2 high = min(low + 1, ivec2(tile.xy + tile.zw) - 1);
-        stored = across_crack(low, high, nearest);
+        stored = across_crack(low, high, owner_texel);
         return false;
     }
     weight *= step(depth - front, vec4(depth_tolerance(front)));      // of several surfaces the one in front
@@ -29,16 +29,16 @@ bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out flo
     // The silhouette runs where half of the weight is on empty texels.
     if (dot(weight, vec4(1.0)) < 0.5) {
         ivec2 here = ivec2(floor(position + 0.5));
-        if (objects == 1u) stored = across_crack(here, here, nearest);     // between two objects is no crack
+        if (objects == 1u) stored = across_crack(here, here, owner_texel);     // between two objects is no crack
         return false;
     }
 #endif
     return true;
 }
 
-// Stored depth at `texel` of the atlas, 1 outside the silhouette; `nearest` is the texel that owns the result, `uncovered` the
+// Stored depth at `texel` of the atlas, 1 outside the silhouette; `owner_texel` owns the result, `uncovered` the
 // part of the pixel that shows what is behind. `aside` is where the surface has that depth, pixels from the pixel's middle.
-float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered, out vec2 aside) {
+float tile_depth(vec2 texel, out ivec2 owner_texel, out float uncovered, out vec2 aside) {
     aside = vec2(0.0);
     vec2 position = clamp(texel, tile.xy + 0.5, tile.xy + tile.zw - 0.5) - 0.5;
     ivec2 low = ivec2(floor(position));
@@ -49,9 +49,9 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered, out vec2 as
     weight *= vec4(lessThan(depth, vec4(1.0)));
     uncovered = 0.0;
     float stored;
-    if (!is_covered(position, low, depth, weight, stored, nearest)) {
+    if (!is_covered(position, low, depth, weight, stored, owner_texel)) {
 #ifdef LIT
-        tile_light_found = texel_at(atlas_light, nearest);
+        tile_light_found = texel_at(atlas_light, owner_texel);
 #endif
         return stored;
     }
@@ -62,7 +62,7 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered, out vec2 as
     vec2 left_right = vec2(max(weight.x, weight.w), max(weight.y, weight.z));
     bool right = left_right.y > left_right.x - TIE && left_right.y > 0.0;
     bool upper = right ? weight.y > weight.z - TIE && weight.y > 0.0 : weight.x > weight.w - TIE && weight.x > 0.0;
-    nearest += ivec2(right, upper);
+    owner_texel += ivec2(right, upper);
     float own = right ? (upper ? depth.y : depth.z) : (upper ? depth.x : depth.w);
     weight *= step(abs(depth - own), vec4(depth_tolerance(own)));
 #ifdef PARTIAL
