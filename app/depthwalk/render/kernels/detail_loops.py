@@ -131,12 +131,12 @@ def describe(
 
     Returns
     -------
-    viewer (m, 3), level (m,), pieces (m,), triangles (m,), way (m,) and step (m,), see `ObjectDetail`.
+    viewer (m, 3), level (m,), pieces (m,), triangles (m,), method (m,) and step (m,), see `ObjectDetail`.
     """
     count, last = len(rows), len(edges) - 1
     viewer, step = np.empty((count, 3)), np.empty(count)
     level, pieces, cost = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count, np.int64)
-    way = np.empty(count, np.uint8)
+    method = np.empty(count, np.uint8)
     for k in range(count):
         row = rows[k]
         a, kind, from_object = asset[row], representation[row], viewer[k]
@@ -156,17 +156,17 @@ def describe(
         _, distance = warp_face(from_object, radius[a], bottom[a], top[a], has_side[a])
         has_plane = distance >= least_distance * radius[a]
         if kind == _DPCI:
-            way[k] = _TILE if has_plane else (_DIRECT if has_side[a] or distance > 0 else _NOTHING)
+            method[k] = _TILE if has_plane else (_DIRECT if has_side[a] or distance > 0 else _NOTHING)
         else:
-            way[k] = _DIRECT if kind == _DMESH else _POLYGONS
+            method[k] = _DIRECT if kind == _DMESH else _POLYGONS
 
-        if way[k] == _DIRECT:
+        if method[k] == _DIRECT:
             pieces[k] = all_pieces
         elif cost[k] >= worth:
             pieces[k] = _seen_pieces(horizon[a, level[k]], edges, from_object, slack, 1)
         else:
             pieces[k] = _seen_pieces(horizon[a, level[k]], edges, from_object, slack, last) | side_pieces
-    return viewer, level, pieces, cost, way, step
+    return viewer, level, pieces, cost, method, step
 
 
 @compiled

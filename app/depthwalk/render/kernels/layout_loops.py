@@ -80,6 +80,33 @@ def _plane(viewer: Array, radius: float, bottom: float, top: float, has_side: bo
     return face
 
 
+@compiled
+def _screen_texels(
+    camera: Array, distance: float, axis: int, tangent: float, size: float, low: int, factor: float, texel: Array
+) -> None:
+    """Write the rows of `axis` and of w of the homography `texel` (3, 3), see `tile_mapping.screen_tiles`.
+
+    camera: (3, 3) camera from plane. distance: of the viewer from the plane. tangent, size: of the `View`, along the
+    axis. low: the first pixel of the tile. factor: texels per pixel.
+    """
+    for j in range(3):
+        away = -distance if j == 2 else 1.0
+        sideways, forward = camera[axis, j] * away, camera[2, j] * away
+        place_on_screen = (sideways / tangent + forward) * size / 2
+        texel[axis, j] = (place_on_screen - low * forward) * factor
+        texel[2, j] = forward
+
+
+@compiled
+def _depths_behind_side(hull: Array, radius: float, normal: Array) -> tuple[float, float]:
+    """Return the least and greatest depth of an object behind a plane at its side, see `warp_planes.depths_behind`."""
+    nearest, farthest = -radius, radius
+    for k in range(len(hull)):
+        along = hull[k, 0] * normal[0] + hull[k, 2] * normal[2]
+        nearest, farthest = max(nearest, along), min(farthest, along)
+    return radius - min(nearest, radius), radius - max(farthest, -radius)
+
+
 @compiled_as_annotated
 def place(
     number: Int64Array1,
@@ -160,12 +187,7 @@ def place(
         for axis in range(2):
             low, high = math.floor(pixel[0, axis]), math.ceil(pixel[1, axis])
             factor = min(texels, limit / max(high - low, 1))
-            for j in range(3):
-                away = -distance if j == 2 else 1.0
-                sideways, forward = camera[axis, j] * away, camera[2, j] * away
-                place_on_screen = (sideways / tangent[axis] + forward) * size[axis] / 2
-                texel[found, axis, j] = (place_on_screen - low * forward) * factor
-                texel[found, 2, j] = forward
+            _screen_texels(camera, distance, axis, tangent[axis], size[axis], low, factor, texel[found])
             sizes[found, axis] = min(max(math.ceil((high - low) * factor), 1), limit)
             pixels[found, axis] = low if factor == 1 else np.nan
         ahead, squared = 0.0, 0.0
@@ -180,13 +202,7 @@ def place(
         nearest[found] = max(ahead - bounding_radius[index], near) / scale[index]
         depths[found, 0], depths[found, 1] = 0.0, top[a] - bottom[a]
         if side:
-            x, z = frame[2, 0], frame[2, 2]
-            nearest_corner, farthest_corner = -radius[a], radius[a]
-            for k in range(hull.shape[1]):
-                along = hull[a, k, 0] * x + hull[a, k, 2] * z
-                nearest_corner, farthest_corner = max(nearest_corner, along), min(farthest_corner, along)
-            depths[found, 0] = radius[a] - min(nearest_corner, radius[a])
-            depths[found, 1] = radius[a] - max(farthest_corner, -radius[a])
+            depths[found, 0], depths[found, 1] = _depths_behind_side(hull[a], radius[a], frame[2])
         kept[found], faces[found], wholes[found] = impostor, face, seen == 2
         found += 1
     return (
