@@ -21,10 +21,12 @@ from depthwalk.render.draw.far_cluster_planner import FarClusterPlanner
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
 from depthwalk.render.targets import Targets
+from depthwalk.render.view.bounds import depth_range, ground_range
 from depthwalk.render.view.view import View
 from depthwalk.render.world.frame_residency import FrameResidency
 from depthwalk.render.world.render_world import RenderWorld
 from depthwalk.render.world.spatial_cells import in_sight, nearest, nearest_first
+from depthwalk.scene.environment import GroundParams
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Array, Mask, Rows
 
@@ -53,6 +55,13 @@ class InSight:
     far_cells: Rows
     forward: Array
     bounding_radius: Array
+
+    def fitted(self, view: View, ground: GroundParams | None) -> View:
+        """Return `view` with near and far plane fitted to what is in sight and to the ground, unless it sets both."""
+        if view.near is not None and view.far is not None:
+            return view
+        seen_ground = ground_range(view, ground.height, ground.half_size) if ground is not None else None
+        return view.fitted(*depth_range(self.forward, self.bounding_radius, seen_ground))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -292,15 +301,16 @@ class OcclusionPhases:
 
     def _plan(self, frame: PhaseInputs, rows: Rows, before: FrameDrawLists | None) -> FrameDrawLists:
         """Plan the phase that draws the objects `rows` (m,). before: the plan of the phase before."""
-        scene, settings, is_resident = (
-            self._world.arrays(),
-            self._plan_settings(frame),
-            frame.residency.is_mesh_resident,
-        )
-        first_object_id = 1 if before is None else before.next_object_id
+        scene, settings = self._world.arrays(), self._plan_settings(frame)
         with self._timers.measure_cpu("plan"):
             return self._planner.plan(
-                frame.view, scene, rows, settings, before is not None, first_object_id, is_resident
+                frame.view,
+                scene,
+                rows,
+                settings,
+                continues=before is not None,
+                first_object_id=1 if before is None else before.next_object_id,
+                is_resident=frame.residency.is_mesh_resident,
             )
 
     def _plan_clusters(self, frame: PhaseInputs, cells: Rows, before: FrameDrawLists) -> FrameDrawLists:
@@ -323,10 +333,9 @@ class OcclusionPhases:
     def _plan_settings(self, frame: PhaseInputs) -> PlanSettings:
         """Return the settings that the plans of a frame follow."""
         settings = self._settings
-        layout = tile_layout(settings, settings.warp, frame.remembers)
         return PlanSettings(
             lod=settings.lod,
-            layout=layout,
+            layout=tile_layout(settings, settings.warp, frame.remembers),
             polygons=settings.mesh,
             atlas_size=frame.targets.atlas_size,
             warp_limit=frame.warp_limit,

@@ -20,7 +20,7 @@ from depthwalk.render.antialiasing.modes import hardware_samples, supersampled
 from depthwalk.render.culling.objects_part import MOST_OBJECTS, Part, objects_part
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.material_depth import MaterialRecords, least_footprints, material_records
-from depthwalk.render.draw.translucency_planner import TranslucencyPlanner
+from depthwalk.render.draw.translucency_planner import TranslucencyPlanner, TranslucentDraws
 from depthwalk.render.frame import Common, Frame, Pass, common_settings
 from depthwalk.render.frame_memory import FRAME, FrameMemory, PictureKind
 from depthwalk.render.image import has_texture
@@ -36,7 +36,6 @@ from depthwalk.render.resources.library import Library
 from depthwalk.render.shadow_planner import ShadowPlanner
 from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.targets import Targets
-from depthwalk.render.view.bounds import depth_range, ground_range
 from depthwalk.render.view.framing import camera_on, facing
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.render.world.frame_residency import FrameResidency
@@ -192,7 +191,7 @@ class Renderer:
         self.world.show_moment(view.camera.time)
         self.world.table()  # loads what is not loaded yet
         in_sight = memory.phases.in_sight(view)
-        view = self._fitted(view, in_sight)
+        view = in_sight.fitted(view, self.scene.environment.ground)
 
         # 2. Draw the objects: each phase is planned, uploaded and drawn, and hides some of those that are left.
         self.assets.budget = self.settings.gpu_memory
@@ -228,11 +227,8 @@ class Renderer:
 
         # 3. Join the phases: what is shaded, what lets light through, and what the shadow maps hold.
         whole = FrameDrawLists.joined(plans)
-        frame = frame_of(plan=whole, materials=materials_of(whole))
-        with self.timers.measure_cpu("plan"):
-            smallest, wait = self.settings.culling.min_pixels, self.assets.background is None
-            translucent = self._translucency.plan(view, smallest, wait=wait)
-        frame = replace(frame, shadows=self._shadow_maps(kind, frame, residency), translucent=translucent)
+        frame = frame_of(plan=whole, materials=materials_of(whole), translucent=self._translucent(view))
+        frame = replace(frame, shadows=self._shadow_maps(kind, frame, residency))
 
         # 4. Finish, once for all phases: materials, shadows, light, post-processing.
         yield from self._sequence.finish(frame, self.keeps)
@@ -283,15 +279,6 @@ class Renderer:
         cleared.clear(depth=1.0)
         return targets
 
-    def _fitted(self, view: View, in_sight: InSight) -> View:
-        """Return `view` with near and far plane fitted to what is `in_sight` and to the ground, unless it sets both."""
-        if view.near is not None and view.far is not None:
-            return view
-        ground = self.scene.environment.ground
-        seen_ground = ground_range(view, ground.height, ground.half_size) if ground is not None else None
-        near, far = depth_range(in_sight.forward, in_sight.bounding_radius, seen_ground)
-        return view.fitted(near, far)
-
     def _objects_part(self, view: View, in_sight: InSight) -> Part | None:
         """Return the part of the picture that holds all surfaces.
 
@@ -319,6 +306,12 @@ class Renderer:
                 numbers, exact = materials.assets.tolist(), not self.remembers
                 self.assets.textures.fit(numbers, footprint, self.upload_seconds, exact=exact, changes=fits)
         return materials
+
+    def _translucent(self, view: View) -> TranslucentDraws:
+        """Return the draws of what lets light through or glows in `view`."""
+        with self.timers.measure_cpu("plan"):
+            smallest, wait = self.settings.culling.min_pixels, self.assets.background is None
+            return self._translucency.plan(view, smallest, wait=wait)
 
     def _shadow_maps(self, kind: PictureKind, frame: Frame, residency: FrameResidency) -> Shadows:
         """Return what the shadow maps of sun and lamps are to show in `frame`."""

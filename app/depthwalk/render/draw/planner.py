@@ -69,6 +69,7 @@ class Planner:
         scene: SceneArrays,
         visible: Rows,
         settings: PlanSettings,
+        *,
         continues: bool = False,
         first_object_id: int = 1,
         is_resident: IsResident = _none_resident,
