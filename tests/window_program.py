@@ -11,15 +11,18 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngImageFile
 
 from depthwalk.scene.arrays import Camera
 from depthwalk.types import Rows
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="X11")
 
 SCENE = """
 version: 1
@@ -292,3 +295,9 @@ class User:
 def camera_of(text: str) -> Camera:
     read = json.loads(text)
     return Camera(tuple(read["position"]), tuple(read["target"]), math.radians(read["fov"]))
+
+
+class Start(Protocol):
+    """Starts the walk, with so many samples per pixel at most and with or without compiled loops, and its user."""
+
+    def __call__(self, samples: int = 4, compiled: bool = False) -> User: ...

@@ -1,12 +1,22 @@
-"""What tests of widgets share."""
+"""What tests of widgets share, and tests in a real window."""
 
+import contextlib
+import os
+import shutil
+import subprocess
 from collections.abc import Iterator
+from pathlib import Path
 
+import numpy as np
 import pytest
+import trimesh
 from imgui_bundle import imgui
 from imgui_bundle._imgui_bundle.imgui import IO
 
 from depthwalk.walk.overlay import set_up_look
+from window_program import SCENE, Program, Start, User
+
+missing = [tool for tool in ("Xvfb", "xdotool") if shutil.which(tool) is None]
 
 
 @pytest.fixture
@@ -19,3 +29,44 @@ def overlay_io() -> Iterator[IO]:
     set_up_look(io)
     yield io
     imgui.destroy_context(context)
+
+
+@pytest.fixture
+def display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A virtual X server, which `DISPLAY` names; it stays when a client leaves, whom another may follow."""
+    if missing:
+        pytest.skip(f"not installed: {', '.join(missing)}")
+    read, write = os.pipe()
+    arguments = ["Xvfb", "-displayfd", str(write), "-noreset", "-screen", "0", "800x600x24"]
+    with subprocess.Popen(arguments, pass_fds=[write], stderr=subprocess.PIPE, text=True) as server:
+        os.close(write)
+        try:
+            with os.fdopen(read) as pipe:
+                number = pipe.readline().strip()  # written once clients may connect; empty where the server ended
+            if not number:
+                raise RuntimeError(f"Xvfb: {server.communicate(timeout=10)[1]}")
+            monkeypatch.setenv("DISPLAY", f":{number}")
+            monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+            yield
+        finally:
+            server.terminate()
+
+
+@pytest.fixture
+def scene_file(tmp_path: Path) -> Path:
+    ball, crate = trimesh.creation.icosphere(4, 0.8), trimesh.creation.box((1.0, 1.2, 1.0))
+    for name, mesh, colour in (("ball", ball, (210, 80, 50, 255)), ("crate", crate, (60, 110, 190, 255))):
+        mesh.visual.vertex_colors = np.tile(np.array(colour, np.uint8), (len(mesh.vertices), 1))
+        mesh.export(tmp_path / f"{name}.ply")
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE)
+    return path
+
+
+@pytest.fixture
+def start(display: None, scene_file: Path, tmp_path: Path) -> Iterator[Start]:
+    """start(samples): the walk through `scene_file`, with its user, ended with the test."""
+    with contextlib.ExitStack() as stack:
+        yield lambda samples=4, compiled=False: User(
+            stack.enter_context(Program(scene_file, tmp_path, samples, compiled))
+        )

@@ -5,25 +5,15 @@ on a busy machine, and never for a number of seconds.
 """
 
 import contextlib
-import gc
-import os
-import shutil
 import signal
 import subprocess
-import sys
-import weakref
-from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Protocol, cast
+from typing import cast
 
-import moderngl
 import numpy as np
 import pytest
-import trimesh
-from tools.gpu_faults import Walk, faulty_contexts
 
-from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
@@ -31,55 +21,10 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
 from depthwalk.types import Rows
-from depthwalk.walk import NoDisplayError, app
-from depthwalk.walk.walk_options import WalkOptions
-from depthwalk.walk.window import fitted_size, open_window
-from window_program import PATIENCE, SCENE, Program, User, names
+from depthwalk.walk import app
+from window_program import PATIENCE, SCENE, Start, User, linux, names
 
-missing = [tool for tool in ("Xvfb", "xdotool") if shutil.which(tool) is None]
 pytestmark = [pytest.mark.gl, pytest.mark.window]
-linux = pytest.mark.skipif(sys.platform != "linux", reason="X11")
-
-
-@pytest.fixture
-def display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A virtual X server, which `DISPLAY` names; it stays when a client leaves, whom another may follow."""
-    if missing:
-        pytest.skip(f"not installed: {', '.join(missing)}")
-    read, write = os.pipe()
-    arguments = ["Xvfb", "-displayfd", str(write), "-noreset", "-screen", "0", "800x600x24"]
-    with subprocess.Popen(arguments, pass_fds=[write], stderr=subprocess.PIPE, text=True) as server:
-        os.close(write)
-        try:
-            with os.fdopen(read) as pipe:
-                number = pipe.readline().strip()  # written once clients may connect; empty where the server ended
-            if not number:
-                raise RuntimeError(f"Xvfb: {server.communicate(timeout=10)[1]}")
-            monkeypatch.setenv("DISPLAY", f":{number}")
-            monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-            yield
-        finally:
-            server.terminate()
-
-
-@pytest.fixture
-def scene_file(tmp_path: Path) -> Path:
-    ball, crate = trimesh.creation.icosphere(4, 0.8), trimesh.creation.box((1.0, 1.2, 1.0))
-    for name, mesh, colour in (("ball", ball, (210, 80, 50, 255)), ("crate", crate, (60, 110, 190, 255))):
-        mesh.visual.vertex_colors = np.tile(np.array(colour, np.uint8), (len(mesh.vertices), 1))
-        mesh.export(tmp_path / f"{name}.ply")
-    path = tmp_path / "scene.yaml"
-    path.write_text(SCENE)
-    return path
-
-
-@pytest.fixture
-def start(display: None, scene_file: Path, tmp_path: Path) -> Iterator["Start"]:
-    """start(samples): the walk through `scene_file`, with its user, ended with the test."""
-    with contextlib.ExitStack() as stack:
-        yield lambda samples=4, compiled=False: User(
-            stack.enter_context(Program(scene_file, tmp_path, samples, compiled))
-        )
 
 
 def headless_picture(scene_file: Path, camera: Camera, size: tuple[int, int]) -> Rows:
@@ -87,12 +32,6 @@ def headless_picture(scene_file: Path, camera: Camera, size: tuple[int, int]) ->
     with HeadlessRenderer(scene, SceneLibrary(scene.assets), size) as headless:
         headless.draw(View(camera, size))
         return headless.pixels()[..., :3].astype(int)
-
-
-class Start(Protocol):
-    """Starts the walk, with so many samples per pixel at most and with or without compiled loops, and its user."""
-
-    def __call__(self, samples: int = 4, compiled: bool = False) -> User: ...
 
 
 @linux
@@ -369,88 +308,6 @@ def test_multisampling_and_none_where_the_driver_has_too_few(
     assert off[shown] < 0.5 * min(off[aa] for aa in off if aa != shown)
 
 
-WAITER = """
-import threading
-import glfw
-from depthwalk.walk.window import open_window, wait_for_event
-
-window = open_window("waits", (64, 64))
-for _ in range(20):
-    wait_for_event(0.01)  # takes what opening the window brings
-happens = threading.Event()
-
-def happen():
-    happens.set()
-    glfw.post_empty_event()
-
-threading.Timer(0.2, happen).start()
-while not happens.is_set():
-    wait_for_event(1000)
-wait_for_event(0)
-wait_for_event(-1)
-print("awake")
-window.destroy()
-"""
-
-
-@linux
-def test_waiting_for_an_event_ends_with_it(display: None) -> None:
-    """In a process of its own, since GLFW looks for the display once. Without an event it would wait for minutes."""
-    done = subprocess.run([sys.executable, "-c", WAITER], capture_output=True, text=True, timeout=PATIENCE)
-    assert done.stdout == "awake\n", done.stderr
-
-
-DENSITY = """
-from depthwalk.walk.window import desktop_density, open_window, wait_for_event
-
-for fitted in False, True:
-    window = open_window("dense", (96, 64), fitted=fitted)
-    for _ in range(20):
-        wait_for_event(0.01)
-    print(desktop_density(window), *window.buffer_size)
-    window.destroy()
-"""
-
-
-@linux
-@pytest.mark.skipif(shutil.which("xprop") is None, reason="xprop is not installed")
-@pytest.mark.parametrize(("dots", "density", "large"), [("96", "1.0", "96 64"), ("192", "2.0", "192 128")])
-def test_a_dense_desktop_tells_its_density_and_enlarges_only_windows_that_ask_for_it(
-    display: None, dots: str, density: str, large: str
-) -> None:
-    name = "RESOURCE_MANAGER"  # where settings of the desktop stand
-    subprocess.run(["xprop", "-root", "-f", name, "8s", "-set", name, f"Xft.dpi:\t{dots}\n"], check=True)
-    done = subprocess.run([sys.executable, "-c", DENSITY], capture_output=True, text=True, timeout=PATIENCE)
-    assert done.stdout.splitlines() == [f"{density} 96 64", f"{density} {large}"], done.stderr
-
-
-@pytest.mark.parametrize(
-    ("factor", "room", "expected"),
-    [
-        (2.0, (3840, 2160), (2048, 1536)),
-        (2.0, (2560, 1152), (1536, 1152)),  # as high as the screen, in the same proportions
-        (1.5, (1280, 2160), (1280, 960)),
-        (2.0, (800, 600), (800, 600)),
-        (1.0, (1366, 700), (933, 700)),  # a small notebook, below the desktop's bar
-        (0.75, (800, 900), (800, 600)),
-        (0.75, (3840, 2160), (1024, 768)),
-        (2.0, (-10, 0), (1024, 768)),  # a desktop that tells nothing
-    ],
-)
-def test_a_window_is_as_large_as_the_desktop_wants_it_and_the_screen_has_room(
-    factor: float, room: tuple[int, int], expected: tuple[int, int]
-) -> None:
-    assert fitted_size((1024, 768), factor, room) == expected
-
-
-@linux
-def test_without_a_display_the_reason_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    with pytest.raises(NoDisplayError, match=r"cannot open a window: .*DISPLAY"):
-        open_window("none", (64, 64))
-
-
 @pytest.mark.parametrize(
     ("files", "opened"),
     [
@@ -466,86 +323,3 @@ def test_of_several_dropped_files_all_meshes_are_opened_or_the_first(files: list
     app.Walk._drop(cast(app.Walk, walk), [Path(file) for file in files])
     assert walk.next_files == tuple(map(Path, opened))
     assert (f"Only {files[0]} is opened" in walk._left_out) == (len(opened) < len(files))
-
-
-LOST = """
-import os, signal, sys
-from depthwalk.commands.cli import main
-from depthwalk.walk.input import Input
-import depthwalk.walk.app as app
-
-draw, drawn = app.Walk._draw, []
-
-class Dropped:
-    def __del__(self):
-        os.kill(os.getpid(), signal.SIGTERM)  # raises where Python drops it, as in the callback of a key
-
-def draw_and_drop(walk, dt):
-    draw(walk, dt)
-    if not drawn:
-        drawn.append(True)
-        Dropped()
-
-app.Walk._draw = draw_and_drop
-sys.argv = ["depthwalk", "view", SCENE]
-main()
-"""
-
-
-@linux
-def test_a_signal_that_gets_lost_in_a_callback_closes_the_window(display: None, scene_file: Path) -> None:
-    program = LOST.replace("SCENE", repr(str(scene_file)))
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE)
-    assert done.returncode == 143, done.stderr
-    assert "Traceback" not in done.stderr
-
-
-@linux
-def test_a_scene_that_was_left_does_not_stay_in_memory(display: None, scene_file: Path) -> None:
-    """Even if what there was at the start is not searched for garbage."""
-    scene = load_scene(scene_file)
-    walk = app.Walk(open_window("scene", (96, 72)), BackgroundLibrary(scene.assets), WalkOptions())
-    try:
-        walk.start(scene)
-        walk.step()
-        left = weakref.ref(walk.renderer), weakref.ref(scene)
-        del scene
-        gc.freeze()
-        walk.next_files = (scene_file,)
-        walk.step()
-        gc.collect()
-        assert [reference() for reference in left] == [None, None]
-    finally:
-        walk.release()
-
-
-@linux
-@pytest.mark.slow
-def test_a_walk_goes_on_where_the_gpu_fails(display: None, scene_file: Path) -> None:
-    with faulty_contexts() as fault, Walk(scene_file) as walk:
-        before, live, camera = walk.at_rest(), walk.live, walk.camera
-        fault.after(-1)
-        walk.fail(lost=False)
-        assert np.array_equal(walk.at_rest(), before)
-        creations = fault.created
-        for place in (0, creations // 4, creations // 2, creations - 2):
-            fault.after(place)
-            walk.fail(lost=False)
-            assert np.array_equal(walk.at_rest(), before), place
-            assert (walk.live, walk.camera) == (live, camera)
-        walk.fail(lost=True)
-        assert np.array_equal(walk.at_rest(), before)
-        assert (walk.live, walk.camera) == (live, camera)
-
-
-@linux
-def test_a_gpu_that_fails_again_and_again_ends_the_walk(display: None, scene_file: Path) -> None:
-    with faulty_contexts() as fault, Walk(scene_file) as walk:
-        walk.at_rest()
-        fault.note = always_refused  # type: ignore[method-assign]
-        with pytest.raises(moderngl.Error, match="no memory"):
-            walk.fail(lost=False)
-
-
-def always_refused(name: str) -> None:
-    raise moderngl.Error(f"no memory for a {name}")

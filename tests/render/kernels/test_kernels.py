@@ -1,8 +1,5 @@
 """The compiled loops compute what NumPy does: the same functions, called with and without them."""
 
-import os
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +10,6 @@ import pytest
 from scipy.spatial import cKDTree
 
 from depthwalk.geometry.adjacency import build_adjacency
-from depthwalk.kernels import compiled_code
 from depthwalk.render import kernels
 from depthwalk.render.antialiasing.silhouette_lines import silhouette_lines
 from depthwalk.render.culling.occlusion_test import depth_test, screen_extents
@@ -334,19 +330,6 @@ def test_meshlets_in_sight(seed: int, solid: bool) -> None:
     assert 10 < most < len(meshlets.part) or not solid
 
 
-def test_loaded_behind_frames(tmp_path: Path) -> None:
-    """A first start compiles in another process, and the loops then come from the cache."""
-    code = (
-        "import gc; from depthwalk.render import kernels; kernels.load_behind().join();"
-        "print(kernels.loaded() is not None and gc.isenabled())"
-    )
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "True"
-    assert kernels.load()
-    assert (compiled_code.folder(FILES) / "complete").is_file()
-
-
 @pytest.mark.parametrize("seed", SEEDS)
 def test_relief_prewarp(seed: int) -> None:
     """From in front, from beside the picture and nearly along it, with texels that are empty."""
@@ -358,31 +341,6 @@ def test_relief_prewarp(seed: int) -> None:
     reference, found = both(lambda: prewarp(depth, viewers, images))
     assert reference.dtype == found.dtype == np.float32 and (reference > 0).mean() > 0.1
     np.testing.assert_allclose(found, reference, rtol=1e-6)
-
-
-def test_cache_that_cannot_be_written(tmp_path: Path) -> None:
-    """NumPy then serves, and a warning names the folder."""
-    (tmp_path / "file").touch()
-    code = """
-import logging
-from depthwalk.render import kernels
-logging.basicConfig()
-kernels.load_behind().join()
-print(kernels.load(), kernels.loaded())
-"""
-    home = {"PYTHONPATH": os.pathsep.join(sys.path), "XDG_CACHE_HOME": str(tmp_path / "file"), "HOME": str(tmp_path)}
-    run = [sys.executable, "-c", code]
-    done = subprocess.run(run, env=os.environ | home, capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["False", "None"]
-    assert done.stderr.count("compiled") >= 1 and "Traceback" not in done.stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]
-
-
-def test_numpy_serves_without_numba(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kernels, "available", lambda: False)
-    assert not kernels.load()
-    kernels._load_behind()
-    assert kernels.loaded() is None
 
 
 @pytest.mark.parametrize("seed", SEEDS)
