@@ -40,25 +40,25 @@ def parallax(records: NDArray[np.void], viewer: Array, focal_pixels: float) -> A
     """
     distance = records["normal"][:, 3].astype(float)
     moved = viewer - records["origin"][:, :3]
-    aside = np.stack([np.einsum("ni,ni->n", moved, records[name][:, :3]) for name in ("right", "up")], -1)
+    delta = np.stack([np.einsum("ni,ni->n", moved, records[name][:, :3]) for name in ("right", "up")], -1)
     ahead = np.einsum("ni,ni->n", moved, records["normal"][:, :3])
-    away = np.maximum(distance + ahead, 1e-3 * distance)
-    ratio = distance / away
+    distance_now = np.maximum(distance + ahead, 1e-3 * distance)
+    ratio = distance / distance_now
     low, high = np.stack([records["right"][:, 3], records["up"][:, 3]], -1), records["high"][:, :2]
     nearest, farthest = records["high"][:, 2:].astype(float).T
 
-    shift = -(ahead / distance)[:, None]
-    across = np.maximum(np.abs(aside - shift * low), np.abs(aside - shift * high))
+    kappa = -(ahead / distance)[:, None]
+    across = np.maximum(np.abs(delta - kappa * low), np.abs(delta - kappa * high))
     stretch = np.stack([lam + (1 - lam) * ratio for lam in (nearest, farthest, (nearest + farthest) / 2)])
     apart = (nearest - farthest) / 2 * ratio * np.hypot(*across.T) / (stretch[:2].min(0) * stretch[2])
     # The picture is at least as far away as the nearest point of its rectangle.
     ends = [
-        (bound + ((1 - lam) * ratio)[:, None] * aside) / (lam + (1 - lam) * ratio)[:, None] - aside
+        (bound + ((1 - lam) * ratio)[:, None] * delta) / (lam + (1 - lam) * ratio)[:, None] - delta
         for bound in (low, high)
         for lam in (nearest, farthest)
     ]
     gap = np.maximum(np.maximum(np.minimum(*ends[:2]), -np.maximum(*ends[2:])), 0)
-    pixels = focal_pixels * apart / np.sqrt(away**2 + (gap**2).sum(1))
+    pixels = focal_pixels * apart / np.sqrt(distance_now**2 + (gap**2).sum(1))
     return np.where(distance + ahead > 1e-3 * distance, pixels, np.inf)
 
 

@@ -1,7 +1,7 @@
 """Choose the plane on which pass 1 warps an object's depth images, the part of it that shows them, and its resolution.
 
 Arrays have one row for each of n objects, are float64, and in the objects' frames unless said otherwise. Source: Liu et
-al. 2007, §3.2 f., and docs/conventions.md.
+al. 2007, §3.2 f.; docs/algorithms.md has the formulas, docs/conventions.md the axes of the planes.
 """
 
 from dataclasses import dataclass, replace
@@ -167,8 +167,8 @@ def depths_behind(planes: Planes, volumes: Volumes) -> Array:
 def _rectangles(v: Volumes, side: Mask, distance: Array, epipole: Array) -> tuple[Array, Array]:
     """Return the corners (n, 2), from the epipole, of rectangles that hold all of the cylinders, warped.
 
-    A point moves toward the epipole by 1 − λ, and λ is least at the far side of the cylinder, so the bounds lie at
-    λ = 1 or at that λ (docs/conventions.md).
+    A point S moves to e + λ · (S − e), and λ is least at the far side of the cylinder, so the bounds lie at λ = 1 or at
+    that λ (docs/algorithms.md, "Warp").
     """
     distance = np.maximum(distance, 1e-9)
     behind = np.where(side, 2 * v.radius, v.top - v.bottom)

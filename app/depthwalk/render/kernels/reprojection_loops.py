@@ -34,24 +34,24 @@ def _parallax(record: Array, viewer: Array, focal_pixels: float) -> float:
     ahead = x * record[8] + y * record[9] + z * record[10]
     if distance + ahead <= 1e-3 * distance:
         return np.inf
-    away = distance + ahead
-    ratio, shift = distance / away, -ahead / distance
+    distance_now = distance + ahead
+    ratio, kappa = distance / distance_now, -ahead / distance
     nearest, farthest = np.float64(record[14]), np.float64(record[15])
     stretch_near, stretch_far = nearest + (1 - nearest) * ratio, farthest + (1 - farthest) * ratio
     middle = (nearest + farthest) / 2
     across, gaps = 0.0, 0.0
     for axis in range(2):
-        aside = x * record[4 * axis] + y * record[4 * axis + 1] + z * record[4 * axis + 2]
+        delta = x * record[4 * axis] + y * record[4 * axis + 1] + z * record[4 * axis + 2]
         low, high = np.float64(record[4 * axis + 3]), np.float64(record[12 + axis])
-        across += max(abs(aside - shift * low), abs(aside - shift * high)) ** 2
-        low_near = (low + (1 - nearest) * ratio * aside) / stretch_near - aside
-        low_far = (low + (1 - farthest) * ratio * aside) / stretch_far - aside
-        high_near = (high + (1 - nearest) * ratio * aside) / stretch_near - aside
-        high_far = (high + (1 - farthest) * ratio * aside) / stretch_far - aside
+        across += max(abs(delta - kappa * low), abs(delta - kappa * high)) ** 2
+        low_near = (low + (1 - nearest) * ratio * delta) / stretch_near - delta
+        low_far = (low + (1 - farthest) * ratio * delta) / stretch_far - delta
+        high_near = (high + (1 - nearest) * ratio * delta) / stretch_near - delta
+        high_far = (high + (1 - farthest) * ratio * delta) / stretch_far - delta
         gaps += max(min(low_near, low_far), -max(high_near, high_far), 0.0) ** 2
     stretch = min(stretch_near, stretch_far) * (middle + (1 - middle) * ratio)
     apart = (nearest - farthest) / 2 * ratio * math.sqrt(across) / stretch
-    return float(focal_pixels * apart / math.sqrt(away * away + gaps))
+    return float(focal_pixels * apart / math.sqrt(distance_now * distance_now + gaps))
 
 
 @compiled
