@@ -3,11 +3,14 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from depthwalk.commands.cluster_render import spans
-from depthwalk.commands.frame_keys import frame_keys, given_sky
+from depthwalk.commands.frame_keys import frame_keys
+from depthwalk.commands.options import RepresentationName
+from depthwalk.commands.output import Output
 from depthwalk.errors import InputError
 from depthwalk.scene.advice import advice_text
 from depthwalk.scene.arrays import Camera
@@ -16,8 +19,16 @@ from depthwalk.scene.loader import load_scene
 CAMERA = Camera((0.0, 1.0, 4.0), (0.0, 1.0, 0.0), 0.8)
 
 
-def key_of(scene: Path, *look: object, camera: Camera = CAMERA, aa: str = "none") -> str:
-    return frame_keys(load_scene(scene, overrides={"render.aa": aa}), (), *look).key(camera)
+LOOK: dict[str, Any] = {
+    "size": (96, 64),
+    "representation": RepresentationName.SCENE,
+    "output": Output("{frame}.png"),
+    "sky": None,
+}
+
+
+def key_of(scene: Path, camera: Camera = CAMERA, aa: str = "none", **look: Any) -> str:
+    return frame_keys(load_scene(scene, overrides={"render.aa": aa}), (), **LOOK | look).key(camera)
 
 
 @pytest.fixture
@@ -48,7 +59,10 @@ def test_what_a_scene_is_made_of_decides(places: Path, what: str) -> None:
 def test_cameras_settings_and_looks_decide(tiny_scene: Path) -> None:
     keys = [
         key_of(tiny_scene),
-        key_of(tiny_scene, (64, 48)),
+        key_of(tiny_scene, size=(64, 48)),
+        key_of(tiny_scene, representation=RepresentationName.MESH),
+        key_of(tiny_scene, output=Output("{frame}.jpg")),
+        key_of(tiny_scene, output=Output("{frame}.png", transparent=True)),
         key_of(tiny_scene, camera=replace(CAMERA, fov=0.81)),
         key_of(tiny_scene, camera=replace(CAMERA, position=(0.0, 1.0, 4.0 + 1e-12))),
         key_of(tiny_scene, aa="fxaa"),
@@ -59,11 +73,16 @@ def test_cameras_settings_and_looks_decide(tiny_scene: Path) -> None:
 def test_the_picture_of_the_sky_decides(tiny_scene: Path, tmp_path: Path) -> None:
     (sky := tmp_path / "sky.png").write_bytes(b"one")
     scenes = [load_scene(tiny_scene, sky=given) for given in (None, sky)]
-    keys = [frame_keys(scene, ()).key(CAMERA) for scene in scenes]
+    keys = [frame_keys(scene, (), **LOOK).key(CAMERA) for scene in scenes]
     sky.write_bytes(b"another")
-    keys.append(frame_keys(scenes[1], ()).key(CAMERA))
-    keys.append(frame_keys(scenes[1], (), *given_sky(sky)).key(CAMERA))
-    assert len(set(keys)) == 4 and given_sky(None) == ()
+    keys.append(frame_keys(scenes[1], (), **LOOK).key(CAMERA))
+    keys.append(frame_keys(scenes[1], (), **LOOK | {"sky": sky}).key(CAMERA))
+    assert len(set(keys)) == 4
+
+
+def test_models_in_a_row_have_keys_of_their_own(tiny_scene: Path) -> None:
+    scene = load_scene(tiny_scene)
+    assert frame_keys(replace(scene, side_by_side=True), (), **LOOK) != frame_keys(scene, (), **LOOK)
 
 
 def test_neither_names_nor_depth_images_beside_a_mesh_decide(tiny_scene: Path) -> None:
@@ -77,7 +96,7 @@ def test_a_missing_file_is_named(tiny_scene: Path) -> None:
     scene = load_scene(tiny_scene)
     tiny_scene.with_name("ball.ply").unlink()
     with pytest.raises(InputError, match=r"ball\.ply"):
-        frame_keys(scene, ())
+        frame_keys(scene, (), **LOOK)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from depthwalk.cluster import worker, zygote
 from depthwalk.cluster.connection import Cluster
 from depthwalk.cluster.tasks import Progress, Task, TaskError, run_tasks
 from depthwalk.commands.frame_drawing import draw_frame, smooth
-from depthwalk.commands.frame_keys import FrameKeys, frame_keys, given_sky
+from depthwalk.commands.frame_keys import FrameKeys, frame_keys
 from depthwalk.commands.option_values import open_scene, representation
 from depthwalk.commands.options import RepresentationName
 from depthwalk.commands.output import Output, has_frame, write_still
@@ -76,9 +76,14 @@ class RenderJob:
 
     def keys(self, scene: Scene) -> FrameKeys:
         """Return the keys of the frames of this job, whose scene is `scene`."""
-        output = self.output
-        look = self.size, str(self.representation), output.transparent, output.suffix
-        return frame_keys(scene, self.settings, *look, *given_sky(self.sky))
+        return frame_keys(
+            scene,
+            self.settings,
+            size=self.size,
+            representation=self.representation,
+            output=self.output,
+            sky=self.sky,
+        )
 
 
 def draw_on(

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import depthwalk
 from depthwalk.bake.cache import sidecar
+from depthwalk.commands.options import RepresentationName
+from depthwalk.commands.output import Output
 from depthwalk.commands.reports import input_files
 from depthwalk.errors import InputError, missing_file
 from depthwalk.provenance import commit
@@ -33,7 +35,15 @@ class FrameKeys:
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def frame_keys(scene: Scene, settings: Sequence[str], *look: object) -> FrameKeys:
+def frame_keys(
+    scene: Scene,
+    settings: Sequence[str],
+    *,
+    size: tuple[int, int],
+    representation: RepresentationName,
+    output: Output,
+    sky: Path | None,
+) -> FrameKeys:
     """Return the key generator for the frames of a scene.
 
     The keys depend on the bytes of every file that the scene uses, not on the files' names; on the version of this
@@ -46,8 +56,14 @@ def frame_keys(scene: Scene, settings: Sequence[str], *look: object) -> FrameKey
         The scene, with the render settings with which the frames are drawn.
     settings
         The --set options.
-    *look
-        Anything else that affects the picture, of types whose `repr` is complete.
+    size
+        (width, height) of the pictures, pixels.
+    representation
+        How every object is drawn.
+    output
+        Where the pictures are written, which decides their format and background.
+    sky
+        The picture of the option --sky; None if it is not given. Its bytes count as a file of the scene.
 
     Returns
     -------
@@ -59,6 +75,9 @@ def frame_keys(scene: Scene, settings: Sequence[str], *look: object) -> FrameKey
     InputError
         If a file of the scene cannot be read.
     """
+    look = [size, str(representation), output.transparent, output.suffix]
+    look += ["sky"] if sky is not None else []
+    look += ["a row"] if scene.side_by_side else []
     text = json.dumps(
         {
             "program": [depthwalk.__version__, commit()],
@@ -70,11 +89,6 @@ def frame_keys(scene: Scene, settings: Sequence[str], *look: object) -> FrameKey
         sort_keys=True,
     )
     return FrameKeys(hashlib.sha256(text.encode()).hexdigest())
-
-
-def given_sky(sky: Path | None) -> tuple[str, ...]:
-    """Return what `look` must tell of the option --sky: that it is given, as the file counts among the scene's."""
-    return () if sky is None else ("sky",)
 
 
 def _contents(scene: Scene) -> list[Path]:

@@ -130,7 +130,7 @@ def main(
     _check_time(time, path)
     with without_garbage_collection():
         from depthwalk.commands.frame_drawing import draw_frames, open_headless, parse_frames, smooth, turntable_cameras
-        from depthwalk.commands.frame_keys import frame_keys, given_sky
+        from depthwalk.commands.frame_keys import frame_keys
         from depthwalk.commands.output import Output, check_output
         from depthwalk.commands.reports import input_files
         from depthwalk.render.up_axis import stand_upright
@@ -174,8 +174,9 @@ def main(
     )
     keys: list[str] = []
     if output.is_series and walk:
-        look = size, str(representation_name), no_background, output.suffix
-        named = frame_keys(loaded, settings or (), *look, *given_sky(sky), *(["a row"] if side_by_side else []))
+        named = frame_keys(
+            loaded, settings or (), size=size, representation=representation_name, output=output, sky=sky
+        )
         keys = [named.key(camera) for camera in cameras]
     with ExitStack() as stack:
         with without_garbage_collection():
