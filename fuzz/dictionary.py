@@ -44,6 +44,7 @@ PLY = _words(
     b"property list uchar int |vertex_indices|vertex_index|format ascii 1.0\n|format binary_big_endian 1.0\n",
     b"end_header\n|comment TextureFile |nx|ny|nz|u|v|texcoord|red|alpha|skin.png",
 )
+OFF = _words(b"OFF|COFF|NOFF|STOFF|4OFF|BINARY|#")
 STL = _words(b"solid |facet normal |outer loop|vertex |endloop|endfacet|endsolid|FACET")
 PICTURE = _words(
     b"IHDR|IDAT|PLTE|tRNS|IEND|acTL|fdAT|RIFF|WEBP|VP8X|ALPH|GIF89a|II*\0|MM\0*|BM|\xff\xd8\xff|DDS |DXT1|P6\n"

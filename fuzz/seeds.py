@@ -159,6 +159,17 @@ def stls() -> list[Files]:
     return [{"mesh.stl": binary}, {"mesh.stl": text}, {"tall.stl": text}, *hostile("*.stl", HOSTILE / "meshes")]
 
 
+def offs() -> list[Files]:
+    rows = "".join(f"{x:g} {y:g} {z:g}\n" for x, y, z in CORNERS)
+    coloured = "".join(f"{x:g} {y:g} {z:g} 0 0 1 200 9 0\n" for x, y, z in CORNERS)
+    faces = "".join("3 " + " ".join(map(str, face)) + "\n" for face in FACES.tolist())
+    return [
+        {"mesh.off": f"OFF\n4 4 6\n{rows}{faces}".encode()},
+        {"mesh.off": f"# made\nCNOFF\n\n4 5 6\n{coloured}{faces}4 0 1 2 3 1 0 0\n".encode()},
+        {"tall.off": f"OFF4 0 0\n{rows}".encode()},
+    ]
+
+
 def textures() -> list[Files]:
     made = [
         {f"picture.{form.lower()}": picture(form)}

@@ -203,6 +203,14 @@ TARGETS = (
         changes={".stl": (change_text,)},
     ),
     Target(
+        name="off",
+        seeds=seeds.offs,
+        read=read_mesh,
+        modules=INGEST,
+        words=dictionary.OFF,
+        changes={".off": (change_text,)},
+    ),
+    Target(
         name="gltf",
         seeds=gltf_seeds.gltfs,
         read=read_mesh,

@@ -23,6 +23,7 @@ from depthwalk.scene.scene import Asset
 
 _NICENESS = 2  # of the processes that bake: frames come first, but baking must not starve
 _MOST_HANDED_OVER = 64e6  # bytes of a mesh: copying more would delay a frame, and such files are read quickly
+_PATIENCE = 2.0  # seconds until processes that were ended are gone; they take some milliseconds
 
 
 class BakePool:
@@ -98,22 +99,33 @@ class BakePool:
             while self._reports is not None:
                 yield self._reports.get_nowait()
 
-    def end(self) -> None:
-        """End the processes; `begin` starts others. A thread finishes its current task."""
+    def end(self, seconds: float = 0.0) -> None:
+        """End the processes; `begin` starts others. A thread finishes its current task.
+
+        Parameters
+        ----------
+        seconds
+            How long to wait, at most, until nothing is left of them.
+        """
         with self._lock:
             if self.executor is None:
                 return
+            manager: Any = None
             if isinstance(self.executor, ProcessPoolExecutor):
+                manager = getattr(self.executor, "_executor_manager_thread", None)
                 terminate(self.executor)
                 self._reports.close()
             self.executor.shutdown(wait=False, cancel_futures=True)
             self.executor = self._reports = None
+        if manager is not None and seconds:
+            manager.join(seconds)
 
     def close(self) -> None:
         """End the processes for good, and remove the files that were written outside the cache."""
         with self._lock:
             self._closed = True  # a thread may be about to start a process
-        self.end()
+        # If Python ends while the executor's thread closes its pipe, Python may write to that pipe, and shows an error.
+        self.end(_PATIENCE)
         if self._spill is not None:
             with contextlib.suppress(OSError):
                 self._spill.cleanup()

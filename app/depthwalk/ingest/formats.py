@@ -7,7 +7,7 @@ from depthwalk.errors import InputError
 GLTF_SUFFIXES = (".glb", ".gltf")
 LAS_SUFFIXES = (".las", ".laz")
 UPRIGHT_SUFFIXES = (*GLTF_SUFFIXES, *LAS_SUFFIXES)  # whose axes and unit are known
-MESH_SUFFIXES = (".obj", ".ply", ".stl", *UPRIGHT_SUFFIXES)
+MESH_SUFFIXES = (".obj", ".ply", ".stl", ".off", *UPRIGHT_SUFFIXES)
 OTHER_MESH_SUFFIXES = (
     ".3ds",
     ".3mf",
@@ -18,7 +18,6 @@ OTHER_MESH_SUFFIXES = (
     ".iges",
     ".igs",
     ".max",
-    ".off",
     ".step",
     ".stp",
     ".usd",

@@ -14,11 +14,13 @@ from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.mtl import material_libraries
 from depthwalk.ingest.obj import Indices, ObjMesh, parse_obj
+from depthwalk.ingest.off import obj_from_off
 from depthwalk.ingest.point_cloud import PointCloud, cloud_soup
 from depthwalk.ingest.preview import coarse_soup, thinned
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8
 
+_OFF_BYTES = 24  # memory for reading an OFF file per byte, measured with a million triangles
 _TEXT_BYTES = 12  # memory for reading an OBJ file per byte, measured with a million triangles
 
 
@@ -54,7 +56,7 @@ def read_soup(path: Path, sources: Sources | None = None, *, coarse: bool = Fals
     if path.suffix.lower() == ".ply" and b"ply" not in data[:80].split(b"\n", 1)[0].lower():  # as trimesh tells them
         raise InputError(f"{path}: not a PLY file")
     try:
-        read = _read_obj(data, path, sources) if path.suffix.lower() == ".obj" else _read_other(data, path, sources)
+        read = _read_any(data, path, sources)
         if isinstance(read, PointCloud):
             return cloud_soup(thinned(read) if coarse else read, path, warns=not coarse)
         return coarse_soup(read) if coarse else read
@@ -66,9 +68,15 @@ def read_soup(path: Path, sources: Sources | None = None, *, coarse: bool = Fals
         raise InputError(f"{path}: damaged, truncated or an unsupported kind of {kind} ({reason})") from error
 
 
-def _read_other(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud:
-    """Read a file of any format but OBJ."""
-    if path.suffix.lower() in LAS_SUFFIXES:
+def _read_any(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud:
+    """Read a file by the reader of its format."""
+    suffix = path.suffix.lower()
+    if suffix == ".obj":
+        return _read_obj(data, path, sources)
+    if suffix == ".off":
+        check_memory(path, _OFF_BYTES * len(data), f"{len(data)} bytes of OFF text")
+        return _read_obj(obj_from_off(as_utf8(data), path), path, sources)
+    if suffix in LAS_SUFFIXES:
         return read_las(data, path)
     from depthwalk.ingest.trimesh_reader import read_by_trimesh  # here: trimesh takes most of a second to import
 
