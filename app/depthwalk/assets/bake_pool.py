@@ -39,6 +39,7 @@ class BakePool:
         self.executor: Executor | None = None
         self._lock = threading.Lock()
         self._closed = False
+        self._manager: Any = None  # the thread of the executor that was ended last
         self._reports: Any = None
         self._spill: TemporaryDirectory[str] | None = None
 
@@ -99,33 +100,26 @@ class BakePool:
             while self._reports is not None:
                 yield self._reports.get_nowait()
 
-    def end(self, seconds: float = 0.0) -> None:
-        """End the processes; `begin` starts others. A thread finishes its current task.
-
-        Parameters
-        ----------
-        seconds
-            How long to wait, at most, until nothing is left of them.
-        """
+    def end(self) -> None:
+        """End the processes; `begin` starts others. A thread finishes its current task."""
         with self._lock:
             if self.executor is None:
                 return
-            manager: Any = None
             if isinstance(self.executor, ProcessPoolExecutor):
-                manager = getattr(self.executor, "_executor_manager_thread", None)
+                self._manager = getattr(self.executor, "_executor_manager_thread", None)
                 terminate(self.executor)
                 self._reports.close()
             self.executor.shutdown(wait=False, cancel_futures=True)
             self.executor = self._reports = None
-        if manager is not None and seconds:
-            manager.join(seconds)
 
     def close(self) -> None:
         """End the processes for good, and remove the files that were written outside the cache."""
         with self._lock:
             self._closed = True  # a thread may be about to start a process
-        # If Python ends while the executor's thread closes its pipe, Python may write to that pipe, and shows an error.
-        self.end(_PATIENCE)
+        self.end()
+        if self._manager is not None:
+            # If Python ends while the executor's thread closes its pipe, it may write to that pipe, and show an error.
+            self._manager.join(_PATIENCE)
         if self._spill is not None:
             with contextlib.suppress(OSError):
                 self._spill.cleanup()
