@@ -74,6 +74,8 @@ def test_a_file_of_another_kind_is_no_ply(tmp_path: Path) -> None:
         ("a.obj", bytes(80) + b"\1\0\0\0" + bytes(50), "STL", "a.stl"),
         ("a.ply", b"solid a\nfacet normal 0 0 1\n", "STL", "a.stl"),
         ("a.obj", b"\x89PNG\r\n", "PNG", "a.png"),
+        ("a.ply", b"LASF" + bytes(100) + b"\3", "LAS", "a.las"),
+        ("a.glb", b"LASF" + bytes(100) + b"\x83", "LAZ", "a.laz"),
         ("a.glb", b"Kaydara FBX Binary  ", "FBX", "a.fbx"),
     ],
 )

@@ -265,3 +265,10 @@ def test_a_picture_in_place_of_a_scene(tmp_path: Path, name: str, length: int) -
     (tmp_path / name).write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(length))
     with pytest.raises(InputError, match=rf"{name}: a picture, no scene; --sky lights a scene or a model by it$"):
         load_scene(tmp_path / name)
+
+
+def test_a_wrong_picture_is_told_all_right_ones_in_one_line(tiny_scene: Path) -> None:
+    with pytest.raises(InputError) as error:
+        load_scene(tiny_scene, overrides={"render.inspection.show": "cases"})
+    assert len(error.value.lines) == 1
+    assert "must be 'picture', " in str(error.value) and "or 'error', not 'cases'" in str(error.value)

@@ -54,6 +54,16 @@ def test_in_a_row_none_touches_another(parts: list[Path]) -> None:
     assert scene.side_by_side
 
 
+def test_parts_too_far_apart_for_a_scene(tmp_path: Path) -> None:
+    """Scans in coordinates of two zones, say: the message names the files, not the scene made of them."""
+    files = [box(tmp_path / f"{x}.obj", (1, 1, 1), (x, 0, 0)) for x in (0, 3, 3_000_003)]
+    with pytest.raises(InputError) as error:
+        load_files(files)
+    apart = f"{files[0]} and {files[2]}: 3,000 km apart by their coordinates; --side-by-side shows them in a row"
+    assert error.value.lines == (apart,)
+    assert load_files(files, side_by_side=True).side_by_side
+
+
 def test_settings_reach_each_of_them(parts: list[Path]) -> None:
     """A part whose z points upward by its setting has its place turned with it."""
     scene = load_files(parts, overrides={"assets.top_x.up": "z", "render.aa": "fxaa"})

@@ -23,7 +23,7 @@ def test_from_normals_the_key_leads_to_the_first_false_colours() -> None:
     assert params.show == "representation"
 
 
-@pytest.mark.parametrize(("left", "right"), [(0.0, 320.0), (289.0, 1024.0)])
+@pytest.mark.parametrize(("left", "right"), [(0.0, 320.0), (289.0, 510.0), (289.0, 1024.0)])
 def test_the_legend_stays_where_there_is_room(overlay_io: IO, left: float, right: float) -> None:
     overlay_io.display_size = imgui.ImVec2(right, 480)
     for show in ("representation", "level", "case", "error"):

@@ -51,7 +51,8 @@ def read_soup(path: Path, sources: Sources | None = None, *, coarse: bool = Fals
     data = sources.read(path)
     if not data:
         raise InputError(f"{path}: empty file")
-    if (suffix := _suffix_of(data)) and suffix != path.suffix.lower():
+    suffix, named = _suffix_of(data), path.suffix.lower()
+    if suffix and suffix != named and not {suffix, named} <= set(LAS_SUFFIXES):  # laspy reads either by both names
         raise InputError(f"{path}: holds {suffix[1:].upper()} data; rename it to {path.stem}{suffix}")
     if path.suffix.lower() == ".ply" and b"ply" not in data[:80].split(b"\n", 1)[0].lower():  # as trimesh tells them
         raise InputError(f"{path}: not a PLY file")
@@ -89,6 +90,8 @@ def _suffix_of(data: bytes) -> str | None:
         return ".glb"
     if data.startswith((b"ply\n", b"ply\r")):
         return ".ply"
+    if data.startswith(b"LASF"):  # the highest bit of its point format tells LAZ
+        return ".laz" if data[104:105] >= b"\x80" else ".las"
     triangles = int.from_bytes(data[80:84], "little")  # of a binary STL file, which begins with any 80 bytes
     if len(data) == 84 + 50 * triangles or (data.startswith(b"solid ") and b"facet" in data[:1000]):
         return ".stl"

@@ -173,7 +173,7 @@ HowDrawn = Literal["representation", "level", "case", "error"]
 class InspectionParams(Params):
     """Set what is shown instead of the lit picture, to find out what is wrong with a model, or how it is drawn."""
 
-    show: Literal["picture", "normals", "distance", "albedo"] | HowDrawn = param(
+    show: Literal["picture", "normals", "distance", "albedo", HowDrawn] = param(
         "picture",
         "What is shown: the lit picture; the normals in world axes, from −1 to 1, as red, green and blue; the distance "
         "along the view axis, nearer is brighter; the colours before lighting (albedo); or, in false colours, how each "

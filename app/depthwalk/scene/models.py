@@ -16,6 +16,7 @@ import numpy as np
 
 from depthwalk.errors import InputError, missing_file
 from depthwalk.ingest.formats import SCENE_SUFFIXES, check_suffix, is_baked_file, is_mesh_file, is_model_file
+from depthwalk.limits import MAX_COORDINATE
 from depthwalk.scene.document import Document, parse_document
 from depthwalk.scene.loader import load_scene, scene_from
 from depthwalk.scene.scene import MeshAsset, Scene
@@ -78,6 +79,7 @@ def load_files(
     places = _in_a_row(upright) if side_by_side else _at_their_coordinates(upright)
     folder = _common_folder(files)
     roots = [*asset_roots, *(file.parent for file in files)]  # where --set may name a texture
+    _check_distances(files, places)
     scene = scene_from(_document(files, names, places, folder), first, folder, roots, overrides, sky)
     return replace(scene, beside=tuple(others), side_by_side=side_by_side)
 
@@ -201,6 +203,16 @@ def _at_their_coordinates(boxes: Array) -> Array:
     """Return where models stand so that they have the places of their files, with the common base on the origin."""
     common = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
     return np.asarray(_bases(boxes) - _bases(common))
+
+
+def _check_distances(files: Sequence[Path], places: Array) -> None:
+    """Raise InputError if models at `places` (n, 3), metres, are farther apart than a scene can be wide."""
+    far = np.abs(places).max(axis=1) > MAX_COORDINATE
+    if far.any():
+        apart = np.linalg.norm(places - places[0], axis=1)
+        farthest = int(apart.argmax())
+        kilometres = f"{apart[farthest] / 1000:,.0f} km apart by their coordinates"
+        raise InputError(f"{files[0]} and {files[farthest]}: {kilometres}; --side-by-side shows them in a row")
 
 
 def _in_a_row(boxes: Array) -> Array:

@@ -30,7 +30,8 @@ def draw_legend(show: HowDrawn, left: float, right: float) -> None:
     padding, gap = imgui.get_style().window_padding.x, imgui.get_style().item_spacing.x
     widest = right - left - 2 * (MARGIN + padding)
     imgui.text(_TITLES[show])
-    imgui.same_line()
+    if imgui.calc_text_size(_TITLES[show]).x + gap + imgui.calc_text_size(_NEXT).x <= widest:
+        imgui.same_line()
     imgui.text_colored(DIM, _NEXT)
     used = 0.0
     for text, colour in legend(show):
