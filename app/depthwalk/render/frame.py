@@ -43,6 +43,7 @@ class Common:
         depth images that are drawn without a tile.
     wireframe : whether the triangles of depth images are drawn as lines.
     show_tiles : whether every impostor tile is painted in a colour of its own.
+    inspects : whether something else than the lit picture is shown, whose colours are not light.
     """
 
     aa: AntiAliasing
@@ -51,6 +52,7 @@ class Common:
     lit_tiles: bool
     wireframe: bool
     show_tiles: bool
+    inspects: bool
 
 
 def common_settings(settings: RenderSettings) -> Common:
@@ -62,6 +64,7 @@ def common_settings(settings: RenderSettings) -> Common:
         lit_tiles=settings.light.mode == "warp",
         wireframe=settings.warp.wireframe,
         show_tiles=settings.composite.show_tiles,
+        inspects=settings.inspection.show != "picture",
     )
 
 

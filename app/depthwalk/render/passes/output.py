@@ -38,13 +38,17 @@ class OutputPass(PixelPass[OutputParams]):
         return not self.gl.device.software or has_texture(frame.targets.screen, frame.targets.size)
 
     def inputs(self, frame: Frame, params: OutputParams) -> PixelInputs:
-        """Return exposure, tone mapping and dithering as `params` say, and how many samples a pixel of `frame` has."""
+        """Return exposure, tone mapping and dithering as `params` say, and how many samples a pixel of `frame` has.
+
+        What an inspection shows is no light, and keeps its colours: they stand for normals, distances or a legend.
+        """
         samples = frame.common.aa.samples
+        tone_mapping, exposure = ("none", 0.0) if frame.common.inspects else (params.tone_mapping, params.exposure)
         # A loop over one sample costs software rasterisers four times as much as no loop.
-        defines = (params.tone_mapping.upper(), *((f"SAMPLES={samples}",) if samples > 1 else ()))
+        defines = (tone_mapping.upper(), *((f"SAMPLES={samples}",) if samples > 1 else ()))
         if params.dither and _has_gradients(frame.environment):
             defines += ("DITHER",)
-        return PixelInputs(defines=defines, uniforms={"exposure": 2.0**params.exposure}, even_sky=True)
+        return PixelInputs(defines=defines, uniforms={"exposure": 2.0**exposure}, even_sky=True)
 
 
 def _has_gradients(environment: Environment) -> bool:
