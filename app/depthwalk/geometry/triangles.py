@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.geometry.distinct import distinct_numbers
 from depthwalk.geometry.vectors import lengths
 from depthwalk.types import Array, Ints, Rows
 
@@ -128,7 +129,9 @@ def row_ids(columns: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]
     varying = columns[:, (columns != columns[:1]).any(axis=0)]
     if varying.shape[1] == 0:
         return np.zeros(len(columns), np.int64), np.zeros(1, np.int64)
-    varying = _joined(varying)
+    if (keys := _keys(varying)) is not None:
+        _, first, ids = distinct_numbers(keys)
+        return ids, first
     order = _row_order(varying)
     ordered = varying[order]
     starts = np.concatenate([[True], (ordered[1:] != ordered[:-1]).any(axis=1)])
@@ -137,19 +140,20 @@ def row_ids(columns: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]
     return ids, order[starts]
 
 
-def _joined(columns: NDArray[Any]) -> NDArray[Any]:
-    """Return columns (n, k) of integers as one of int64, whose order is that of the rows, where it can hold them.
+def _keys(columns: NDArray[Any]) -> NDArray[np.int64] | None:
+    """Return a number (n,), from 0, for each row (n, k) of integers, in the order of the rows.
 
-    Sorting rows of three vertex numbers then takes a third of the time. Other columns stay as they are.
+    Sorting rows of three vertex numbers then takes a third of the time. None for other rows, and where such numbers
+    would have more than 63 bits.
     """
-    if columns.shape[1] == 1 or not np.can_cast(columns.dtype, np.int64):
-        return columns
+    if not np.can_cast(columns.dtype, np.int64):
+        return None
     low = columns.min(axis=0).astype(np.int64)
     sizes = [last - first + 1 for first, last in zip(low.tolist(), columns.max(axis=0).tolist(), strict=True)]
     if math.prod(sizes) > np.iinfo(np.int64).max:
-        return columns
+        return None
     keys: NDArray[np.int64] = (columns - low) @ np.cumprod([1, *sizes[:-1]])
-    return keys[:, None]
+    return keys
 
 
 def _row_order(columns: NDArray[Any]) -> NDArray[np.int64]:
