@@ -32,9 +32,7 @@ if TYPE_CHECKING:
 
 _TEXTURED = "+textured"
 PREVIEWED = 24e6  # bytes of a file, from which on a coarse mesh is read first: a million triangles in most formats
-PREVIEWED_POINTS = (
-    2e6  # the same of a PLY or LAS file of points: over a hundred thousand, whose surface takes some seconds
-)
+PREVIEWED_POINTS = 2e6  # the same of a PLY or LAS file of points, whose surface takes some seconds to find
 _PLY_HEADER = 1 << 14  # bytes
 _MAX_READINGS = 3  # of a range image that changes while it is being read
 

@@ -9,12 +9,10 @@ from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
 from depthwalk.geometry.distinct import distinct_numbers
 from depthwalk.ingest.formats import LAS_SUFFIXES, check_suffix
-from depthwalk.ingest.las.decoder import read_las
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.mtl import material_libraries
 from depthwalk.ingest.obj import Indices, ObjMesh, parse_obj
-from depthwalk.ingest.off import obj_from_off
 from depthwalk.ingest.point_cloud import PointCloud, cloud_soup
 from depthwalk.ingest.preview import coarse_soup, thinned
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
@@ -70,16 +68,20 @@ def read_soup(path: Path, sources: Sources | None = None, *, coarse: bool = Fals
 
 
 def _read_any(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud:
-    """Read a file by the reader of its format."""
+    """Read a file by the reader of its format, which is imported only then: a scene of depth images needs none."""
     suffix = path.suffix.lower()
     if suffix == ".obj":
         return _read_obj(data, path, sources)
     if suffix == ".off":
+        from depthwalk.ingest.off import obj_from_off
+
         check_memory(path, _OFF_BYTES * len(data), f"{len(data)} bytes of OFF text")
         return _read_obj(obj_from_off(as_utf8(data), path), path, sources)
     if suffix in LAS_SUFFIXES:
+        from depthwalk.ingest.las.decoder import read_las
+
         return read_las(data, path)
-    from depthwalk.ingest.trimesh_reader import read_by_trimesh  # here: trimesh takes most of a second to import
+    from depthwalk.ingest.trimesh_reader import read_by_trimesh
 
     return read_by_trimesh(data, path, sources)
 
