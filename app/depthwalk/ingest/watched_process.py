@@ -11,6 +11,9 @@ import tempfile
 from collections.abc import Iterable
 from typing import IO, NamedTuple
 
+READY = b"+"
+"""What a module that is run here writes first, once the library that it needs is imported."""
+
 _INTERVAL = 0.05  # s between two looks at the process, in which it allocates some 100 MB at most
 
 
@@ -19,12 +22,15 @@ class Answer(NamedTuple):
 
     Attributes
     ----------
+    is_ready
+        Whether the library that it needs is there.
     data
-        Its standard output, also where it was ended.
+        Its standard output after READY, also where it was ended.
     excess
         What it took too much of, "memory" or "time"; "" if neither.
     """
 
+    is_ready: bool
     data: bytes
     excess: str
 
@@ -35,8 +41,8 @@ def run_watched(module: str, request: Iterable[bytes], *, most_bytes: int, most_
     Parameters
     ----------
     module
-        The module's name, as for `python -m`. It reads standard input and writes to standard output. What it writes to
-        standard error is not shown.
+        The module's name, as for `python -m`. It writes READY to standard output, reads standard input and writes its
+        answer. What it writes to standard error is not shown.
     request
         What it reads, in pieces.
     most_bytes
@@ -67,7 +73,8 @@ def run_watched(module: str, request: Iterable[bytes], *, most_bytes: int, most_
             process.kill()
             process.wait()
         answer.seek(0)
-        return Answer(answer.read(most_bytes), excess)
+        is_ready = answer.read(len(READY)) == READY
+        return Answer(is_ready, answer.read(most_bytes), excess)
 
 
 def _watch(process: "subprocess.Popen[bytes]", answer: IO[bytes], most_bytes: int, most_seconds: float) -> str:

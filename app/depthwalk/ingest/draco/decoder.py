@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
-from depthwalk.ingest.draco.worker import LENGTH, READY
+from depthwalk.ingest.draco.worker import LENGTH
 from depthwalk.ingest.watched_process import run_watched
 
 # What decoding may take: for a vertex with eight numbers and two triangles 1,080 bytes and 50 µs. Grids of 10⁶ such
@@ -101,11 +101,11 @@ def decode(streams: Sequence[DracoStream], path: Path) -> list[DracoMesh]:
     check_memory(path, most_bytes, f"Draco data of {triangles} triangles")
     request = chain.from_iterable((LENGTH.pack(len(stream.data)), stream.data) for stream in streams)
     most_seconds = _SECONDS + _SECONDS_PER_ITEM * (triangles + numbers)
-    answer, excess = run_watched(_WORKER, request, most_bytes=most_bytes, most_seconds=most_seconds)
-    if not answer and not excess:
+    is_ready, answer, excess = run_watched(_WORKER, request, most_bytes=most_bytes, most_seconds=most_seconds)
+    if not is_ready and not excess:
         raise InputError(f"{path}: is compressed by Draco, and DracoPy, which reads it, does not start")
     meshes = []
-    packed = _packed(memoryview(answer)[len(READY) :])
+    packed = _packed(memoryview(answer))
     for stream in streams:
         archive = next(packed, None)
         if not archive:

@@ -13,7 +13,8 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-READY = b"+"
+from depthwalk.ingest.watched_process import READY
+
 LENGTH = struct.Struct("<Q")
 
 

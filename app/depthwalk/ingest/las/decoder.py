@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
-from depthwalk.ingest.las.worker import READY
 from depthwalk.ingest.point_cloud import PointCloud
 from depthwalk.ingest.watched_process import run_watched
 from depthwalk.limits import MAX_MESH_TRIANGLES
@@ -55,12 +54,12 @@ def read_las(data: bytes, path: Path) -> PointCloud:
     most_bytes = _BYTES + _BYTES_PER_POINT * count + len(data)
     check_memory(path, most_bytes, f"{count} points")
     most_seconds = _SECONDS + _SECONDS_PER_POINT * count
-    answer, excess = run_watched(_WORKER, [data], most_bytes=most_bytes, most_seconds=most_seconds)
+    is_ready, archive, excess = run_watched(_WORKER, [data], most_bytes=most_bytes, most_seconds=most_seconds)
     if excess:
         raise InputError(f"{path}: damaged: it takes too much {excess} to read")
-    if not answer.startswith(READY):
+    if not is_ready:
         raise InputError(f"{path}: laspy, which reads LAS and LAZ files, does not start")
-    if (cloud := _cloud(answer[len(READY) :])) is None:
+    if (cloud := _cloud(archive)) is None:
         raise InputError(f"{path}: damaged, truncated or an unsupported kind of LAS")
     return cloud
 

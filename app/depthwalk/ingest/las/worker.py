@@ -12,7 +12,8 @@ import sys
 import numpy as np
 from numpy.typing import NDArray
 
-READY = b"+"
+from depthwalk.ingest.watched_process import READY
+
 _CHUNK = 1 << 20  # points at a time
 _NOISE = (7, 18)  # classes of points that the maker of the file calls noise: low and high (LAS 1.4, table 17)
 
