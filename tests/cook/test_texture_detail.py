@@ -1,6 +1,7 @@
 """What is left of a virtual texture shows the same wherever no finer texels are asked for."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -84,6 +85,38 @@ def test_the_shader_finds_what_it_finds_in_the_whole(
             )
             off = np.abs(shown - expected).max(1) * 255
             assert np.quantile(off, 0.98) < 2.5, (image, lod)
+
+
+def test_no_side_is_a_power_of_two_and_the_shader_finds_the_same(
+    gl_device: Device, baked: BakedObject, texture: VirtualTexture
+) -> None:
+    """Software rasterisers compile programs anew for textures with such a side."""
+    height, width, _ = texture.normals.shape
+    rows, columns = ((1 << side.bit_length()) - side for side in (height, width))
+
+    def grown(texels: np.ndarray, part: int) -> np.ndarray:
+        return np.pad(texels, [(0, rows // part), (0, columns // part), (0, 0)])
+
+    tall, wide = ((1 << side.bit_length()) - side for side in texture.table.shape[1:3])
+    whole = replace(
+        texture,
+        normals=grown(texture.normals, 1),
+        colours=grown(texture.colours, 1),
+        tints=grown(texture.tints, 2) if texture.tints.size else texture.tints,
+        table=np.pad(texture.table, [(0, 0), (0, tall), (0, wide), (0, 0)]),
+    )
+    scope = gl_device.scope("test")
+    uploaded = upload_texture(scope, whole, Detail.FULL)
+    shown = [uploaded.normals.size, uploaded.colours.size, uploaded.page_table.size[:2]]
+    shown += [uploaded.tints.size] if texture.tints.size else []
+    assert whole.normals.shape[0].bit_count() == 1
+    assert all(side.bit_count() > 1 for sides in shown for side in sides)
+    scope.release()
+    asked = (np.random.default_rng(0).random((300, 3)) * [1, 1, 4]).astype(np.float32)
+    size = baked.images[0].depth.shape[::-1]
+    for image in range(len(baked.images)):
+        seen, expected = (looked_up(gl_device, pages, Detail.FULL, image, size, asked) for pages in (whole, texture))
+        np.testing.assert_allclose(seen, expected, atol=1 / 255)
 
 
 def looked_up(

@@ -25,7 +25,7 @@ def test_a_scope_releases_everything_once(gl_device: Device) -> None:
     scope.framebuffer([texture], scope.depth_texture((4, 4)))
     scope.buffer(b"abcd")
     scope.number_array((4, 4, 2), 2, bytes(128), "i2")
-    scope.srgb_texture((2, 2), bytes(16))
+    scope.srgb_texture(np.zeros((2, 2, 4), np.uint8))
     scope.mipmapped_texture(np.zeros((4, 4, 1), np.uint8), 2)
     assert gl_device.live["texture"] == before.get("texture", 0) + 4
     assert gl_device.live["buffer"] == before.get("buffer", 0) + 1

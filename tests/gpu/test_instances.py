@@ -76,6 +76,7 @@ def test_a_record_texture_has_records_by_their_number(gl_device: Device, scope: 
         texture.upload(records)
         held = np.frombuffer(texture._texture.read(), np.float32).view(RECORD).ravel()
         np.testing.assert_array_equal(held[:count], records)
+        assert texture._texture.height.bit_count() == 1  # as of the first; others would have programs compiled anew
     assert gl_device.live["texture"] == before
 
 

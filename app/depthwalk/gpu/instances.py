@@ -80,7 +80,8 @@ class RecordTexture:
         rows = -(-len(records) // RECORDS_PER_ROW)
         if rows > self._texture.height:
             self._scope.free(self._texture)
-            self._texture = self._make(2 * rows)
+            # A power of two, as one row is: software rasterisers compile programs anew for other textures.
+            self._texture = self._make(1 << rows.bit_length())
         full, rest = divmod(len(records), RECORDS_PER_ROW)
         width, records = self._texture.width, np.ascontiguousarray(records)
         if full > _COPIED_ROWS or not rest:  # not copied, since there may be millions

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.gpu.failures import GpuError
-from depthwalk.gpu.mip_maps import SNORM, Texels, mip_maps, set_mip_maps
+from depthwalk.gpu.mip_maps import SNORM, SRGB8_ALPHA8, Texels, mip_maps, set_mip_maps, srgb_mip_maps
 
-_SRGB8_ALPHA8 = 0x8C43  # GL_SRGB8_ALPHA8: texels are decoded before they are filtered
 _FETCHED = moderngl.NEAREST, moderngl.NEAREST
 _TRILINEAR = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
 _NEAREST_MIP_MAP = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
+_OWN_MIP_MAPS = 1 << 20  # texels, up to which a CPU makes mip-maps in less time than drivers may compile that program
 
 
 class TextureLimits(NamedTuple):
@@ -79,9 +79,22 @@ class TextureMaker(ABC):
         make = self._context.texture
         return self._flat(size, lambda: make(size, components, data, dtype=dtype), _FETCHED)
 
-    def srgb_texture(self, size: tuple[int, int], data: bytes) -> moderngl.Texture:
-        """Create and return a texture as `tiling_texture` does, of 8-bit sRGB colours with linear alpha."""
-        return self.tiling_texture(size, 4, data, internal_format=_SRGB8_ALPHA8)
+    def srgb_texture(self, texels: NDArray[np.uint8]) -> moderngl.Texture:
+        """Create and return a texture as `tiling_texture` does, of 8-bit sRGB colours with linear alpha.
+
+        texels: (H, W, 4), lower row first. Where H and W are powers of two, and there are at most `_OWN_MIP_MAPS`
+        texels, mip-maps do not come from the driver.
+        """
+        height, width, _ = texels.shape
+        if texels[..., 0].size > _OWN_MIP_MAPS or max(height.bit_count(), width.bit_count()) > 1:
+            return self.tiling_texture((width, height), 4, texels.tobytes(), internal_format=SRGB8_ALPHA8)
+
+        def create() -> moderngl.Texture:
+            made = self._context.texture((width, height), 4, texels.tobytes(), internal_format=SRGB8_ALPHA8)
+            set_mip_maps(self._context, made, srgb_mip_maps(texels), SRGB8_ALPHA8)
+            return made
+
+        return self._flat((width, height), create, _TRILINEAR, clamped=False)
 
     def tiling_texture(self, size: tuple[int, int], components: int, data: bytes, **layout: Any) -> moderngl.Texture:
         """Create and return a 2-D texture that repeats, with mip-maps and trilinear filtering.

@@ -13,6 +13,7 @@ from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import LESS
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.resources.mesh_object import WHITE
 
 
 class GroundPass(Pass[Params]):
@@ -24,7 +25,7 @@ class GroundPass(Pass[Params]):
     def setup(self, gl: Scope) -> None:
         """Create the program, and a texture of one white texel until a ground has another; `gl` owns both."""
         self._program = Program(gl, "ground/ground.vert", "ground/ground.frag")
-        self._texture = gl.srgb_texture((1, 1), b"\xff" * 4)
+        self._texture = gl.srgb_texture(WHITE)
         self._mean = np.ones(3, np.float32)
         self._path: Path | None = None
 
@@ -40,7 +41,7 @@ class GroundPass(Pass[Params]):
             texels = frame.assets.texture(ground.texture)
             self.gl.free(self._texture)
             self._path = ground.texture
-            self._texture = self.gl.srgb_texture((texels.shape[1], texels.shape[0]), texels[::-1].tobytes())
+            self._texture = self.gl.srgb_texture(texels[::-1])
             if not self.gl.device.software:  # in software this costs more than the rest of the frame
                 self._texture.anisotropy = 8.0
             self._mean = np.maximum(linear_from_srgb8(texels[..., :3]).mean((0, 1)), 1e-3)

@@ -197,8 +197,8 @@ def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook, meshlets: Meshlets | None
 
 def _upload_material(gl: Scope, material: Material, coloured: bool) -> MaterialLook:
     """Upload a material. coloured: whether vertices of the mesh have colours."""
-    texels = WHITE if material.texture is None else np.ascontiguousarray(material.texture[::-1])
-    texture = gl.srgb_texture((texels.shape[1], texels.shape[0]), texels.tobytes())
+    texels = WHITE if material.texture is None else material.texture[::-1]
+    texture = gl.srgb_texture(texels)
     uniforms = {name: getattr(material, name) for name in ("base_colour", "specular", "shininess")}
     uniforms["base_texture"] = 0
     if material.cutoff is not None:

@@ -87,14 +87,15 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
         "COORDINATES": pages.has_coordinates,
     }
     left_out, tints_left_out = pages.colour_level, max(pages.colour_level - 1, 0)
-    images, rows, columns, _ = pages.table.shape
+    table = _of_one_kind(pages.table, (1, 2), 1)
+    images, rows, columns, _ = table.shape
     return SurfaceTexture(
         normals=_upload_picture(gl, pages.normals, LEVELS),
         colours=_upload_picture(gl, _at_level(pages.colours, left_out), LEVELS - left_out),
         tints=_upload_picture(gl, _at_level(pages.tints, tints_left_out), LEVELS - 1 - tints_left_out),
         coordinates=_upload_coordinates(gl, pages.coordinates) if pages.has_coordinates else None,
         base=_upload_base(gl, pages.texture) if pages.has_coordinates else None,
-        page_table=gl.number_array((columns, rows, images), 2, pages.table.tobytes(), "i2"),
+        page_table=gl.number_array((columns, rows, images), 2, table.tobytes(), "i2"),
         detail=detail,
         defines=tuple(name for name, is_needed in variants.items() if is_needed),
         uniforms={
@@ -112,8 +113,24 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
 def _upload_picture(gl: Scope, texels: NDArray[np.int8] | NDArray[np.uint8], levels: int) -> moderngl.Texture:
     """Upload a picture of the virtual texture, (H, W, k), signed only if k is 1 or 2, with mip-maps up to `levels`."""
     if not texels.size:
-        texels = np.zeros((1, 1, 1), np.uint8)  # no shader looks it up
-    return gl.mipmapped_texture(texels, levels)
+        return gl.mipmapped_texture(np.zeros((1, 1, 1), np.uint8), 0)  # no shader looks it up
+    return gl.mipmapped_texture(_of_one_kind(texels, (0, 1), 1 << levels), levels)
+
+
+def _of_one_kind(texels: NDArray[Any], sides: tuple[int, int], step: int) -> NDArray[Any]:
+    """Return texels with their last rows and columns repeated where their number would be a power of two.
+
+    Mesa's software rasteriser compiles a program once for textures whose width, or height, is a power of two, and once
+    for others (`pot_width` in gallivm's lp_sampler_static_texture_state). With textures of one kind, no asset that
+    comes into sight has to wait for that, a third of a second each time.
+
+    sides: the axes of rows and columns; step: how many are added at once, so that mip-maps keep their places.
+    """
+    for side in sides:
+        while texels.shape[side].bit_count() == 1:
+            last = texels.take([-1], side)
+            texels = np.concatenate([texels, last.repeat(step, side)], side)
+    return texels
 
 
 def _at_level(texels: Texels, level: int) -> Texels:
@@ -129,4 +146,4 @@ def _upload_coordinates(gl: Scope, coordinates: NDArray[np.uint16]) -> moderngl.
 def _upload_base(gl: Scope, texture: NDArray[np.uint8]) -> moderngl.Texture:
     """Upload a texture (h, w, 3), sRGB, in the format of mesh textures, so that both are filtered alike."""
     opaque = np.full((*texture.shape[:2], 1), 255, np.uint8)
-    return gl.srgb_texture((texture.shape[1], texture.shape[0]), np.concatenate([texture, opaque], -1).tobytes())
+    return gl.srgb_texture(np.concatenate([texture, opaque], -1))

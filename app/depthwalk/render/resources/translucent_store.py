@@ -154,8 +154,7 @@ class TranslucentStore:
         return {number: upload_normal_map(self._gl, map_) for number, map_ in by_id.items() if map_ is not None}
 
     def _texture(self, texels: Texels) -> moderngl.Texture:
-        flipped = np.ascontiguousarray(texels[::-1])
-        return self._gl.srgb_texture((texels.shape[1], texels.shape[0]), flipped.tobytes())
+        return self._gl.srgb_texture(texels[::-1])
 
     def forget(self) -> None:
         """Drop all objects, because the scope has been released, and those being read; they may be asked for again."""
