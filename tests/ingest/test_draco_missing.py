@@ -15,9 +15,7 @@ def test_what_reads_draco_is_named_where_it_is_missing(tmp_path: Path, monkeypat
     monkeypatch.setattr(decoder, "find_spec", lambda name: None)
     glb = Glb()
     compressed(glb, {}, data=b"DRACO")
-    wanted = (
-        r'^\S+a\.glb: is compressed by Draco; `pip install "depthwalk\[draco\]"` installs what reads it, and `gltf-tr'
-    )
+    wanted = r'^\S+a\.glb: is compressed by Draco; `pip install -e "\S+\[draco\]"` installs what reads it, and `gltf-tr'
     with pytest.raises(InputError, match=wanted):
         read_soup(glb.write(tmp_path / "a.glb"))
 

@@ -62,7 +62,7 @@ def test_noise_and_what_is_withheld_is_left_out(tmp_path: Path) -> None:
 def test_without_the_library_it_is_told_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_las(tmp_path / "a.las", BALL)
     monkeypatch.setattr(decoder, "find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r'a\.las: `pip install "depthwalk\[las\]"`'):
+    with pytest.raises(InputError, match=r'a\.las: `pip install -e "\S+\[las\]"` installs'):
         load_mesh(path)
 
 
@@ -120,3 +120,16 @@ def test_damaged_data_is_read_or_told(
         assert len(read_las(damaged, path).positions) == COUNT
     except InputError as error:
         assert str(error).startswith(f"{path}: ")
+
+
+@pytest.mark.slow
+def test_files_without_points_to_show_say_so(tmp_path: Path) -> None:
+    path = write_las(tmp_path / "none.las", BALL[:0])
+    with pytest.raises(InputError, match=r"none\.las: holds no points$"):
+        load_mesh(path)
+    path = write_las(tmp_path / "noise.las", BALL[:5], classification=np.full(5, 7))
+    with pytest.raises(InputError, match=r"noise\.las: all of its 5 points are noise or withheld$"):
+        load_mesh(path)
+    path = write_las(tmp_path / "few.las", BALL[:2])
+    with pytest.raises(InputError, match=r"few\.las: fewer than three points, through which no surface passes$"):
+        load_mesh(path)

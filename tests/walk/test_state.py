@@ -74,6 +74,40 @@ def test_another_scene_ends_the_recording_and_tells_where_it_is(
     assert (walk.playback is not None) == again and (walk.walker.speed == 2) == (not again)
 
 
+def read_again(walk: State, render: RenderSettings, name: str = "scene.yaml") -> Scene:
+    scene = SimpleNamespace(
+        environment=Environment(),
+        walk=WalkParams(),
+        render=render,
+        path=Path(name),
+        files=(Path(name),),
+        title=name,
+        camera=Camera((7, 8, 9), (0, 0, 0), 1.0),
+        animations=None,
+    )
+    walk.show(cast(Scene, scene), cast(Renderer, FakeRenderer()), 1.5)
+    return cast(Scene, scene)
+
+
+def test_a_scene_that_is_read_again_is_inspected_as_before() -> None:
+    walk = state()
+    walk.scene.render.inspection.show = "level"
+    walk.scene.render.warp.reuse_error = 3.0
+    reloaded = read_again(walk, RenderSettings())
+    assert reloaded.render.inspection.show == "level"
+    assert reloaded.render.warp.reuse_error == RenderSettings().warp.reuse_error  # a setting of the scene's
+    assert walk.changed == {"render": {"inspection": {"show": "level"}}}  # and the file does not say so
+    assert read_again(walk, RenderSettings(), "other.yaml").render.inspection.show == "picture"
+
+
+def test_what_the_file_inspects_is_taken_from_it_unless_the_user_chose_otherwise() -> None:
+    walk = state()
+    by_file = RenderSettings()
+    by_file.inspection.show = "normals"
+    assert read_again(walk, by_file).render.inspection.show == "normals"
+    assert read_again(walk, RenderSettings()).render.inspection.show == "picture"
+
+
 def test_a_recording_that_cannot_be_saved_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("depthwalk.walk.recorder.Path.cwd", lambda: tmp_path / "gone")
     monkeypatch.setattr("depthwalk.walk.recorder.user_documents_path", lambda: tmp_path / "gone too")

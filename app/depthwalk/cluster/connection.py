@@ -15,6 +15,7 @@ from depthwalk.cluster.address import ClusterAddress
 from depthwalk.cluster.nanny import preload, worker_config
 from depthwalk.cluster.worker import call, close
 from depthwalk.errors import InputError
+from depthwalk.extras import install_command
 from depthwalk.files import remove_unfinished
 from depthwalk.parallel import default_workers, usable_cores
 
@@ -225,7 +226,7 @@ def open_cluster(address: ClusterAddress) -> Iterator[Cluster]:
 def _check_libraries() -> None:
     missing = [name for name in ("dask", "distributed", "cryptography") if find_spec(name) is None]
     if missing:
-        raise InputError(f"--cluster: {missing[0]} is not installed; pip install 'depthwalk[cluster]' brings it")
+        raise InputError(f"--cluster: {missing[0]} is not installed; `{install_command('cluster')}` brings it")
 
 
 def _reason(error: OSError) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from depthwalk.errors import InputError
+from depthwalk.extras import install_command
 
 
 def is_url(name: str) -> bool:
@@ -126,7 +127,7 @@ def _split(url: str) -> tuple[Any, str]:
     try:
         from fsspec.core import url_to_fs
     except ImportError:
-        raise InputError(f"{url}: fsspec is not installed; pip install 'depthwalk[cluster]' brings it") from None
+        raise InputError(f"{url}: fsspec is not installed; `{install_command('cluster')}` brings it") from None
     try:
         files, path = url_to_fs(url)
     except (ValueError, ImportError) as error:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 
 import depthwalk
 from depthwalk import limits
@@ -21,6 +22,8 @@ from depthwalk.ingest.formats import content
 
 if TYPE_CHECKING:
     from depthwalk.bake.images import BakedObject
+    from depthwalk.ingest.mesh import Mesh
+    from depthwalk.ingest.point_cloud import PointCloud
     from depthwalk.scene.scene import Asset
 
 _LIBRARIES = (
@@ -136,33 +139,42 @@ def _scene_rows(path: Path) -> Iterator[Row]:
     drawn = np.bincount(scene.objects.representation, minlength=max(Representation) + 1)
     yield "drawn as", ", ".join(f"{kind.label} {drawn[kind]}" for kind in Representation if drawn[kind]) or "-"
     uses = np.bincount(scene.objects.asset, minlength=len(scene.assets))
-    triangles = [_full_triangles(asset) for asset in scene.assets]
-    if any(triangles):
-        yield "made of", counted(int(uses @ triangles), "triangle")
-    for asset, count, most in zip(scene.assets, uses.tolist(), triangles, strict=True):
-        of_each = f" of {counted(most, 'triangle')}" if most else ""
+    made_of = [_made_of(asset) for asset in scene.assets]
+    totals = {kind: int(uses @ [number * (own == kind) for number, own in made_of]) for kind in ("triangle", "point")}
+    if any(totals.values()):
+        yield "made of", " and ".join(counted(total, kind) for kind, total in totals.items() if total)
+    for asset, count, (most, kind) in zip(scene.assets, uses.tolist(), made_of, strict=True):
+        of_each = f" of {counted(most, kind)}" if most else ""
         yield f"asset {asset.name}", f"{own_file(asset).name}, {counted(count, 'object')}{of_each}"
     if scene.camera is not None:
         yield "camera", f"{_point(scene.camera.position)} to {_point(scene.camera.target)}"
 
 
-def _full_triangles(asset: "Asset") -> int:
-    """Return the number of triangles of an asset's mesh; 0 if it was not made from one, or its file does not say."""
+def _made_of(asset: "Asset") -> tuple[int, str]:
+    """Return how many triangles or, in a scan, points the mesh of an asset has, and which.
+
+    The number is 0 if it was not made from a mesh, or its file does not say.
+    """
     from depthwalk.bake.header import inspect_header
     from depthwalk.cook.cooked_file import read_cooked
     from depthwalk.ingest.formats import is_cooked_file
-    from depthwalk.ingest.loader import load_mesh
+    from depthwalk.ingest.loader import mesh_of
+    from depthwalk.ingest.point_cloud import PointCloud, shown_points
+    from depthwalk.ingest.reader import read_geometry
     from depthwalk.scene.scene import BakedAsset, DepthImageAsset, MeshAsset
 
     match asset:
         case DepthImageAsset():
-            return 0
+            return 0, "triangle"
         case BakedAsset() if is_cooked_file(asset.baked):
-            return read_cooked(asset.baked)[0].outline.mesh_triangles or 0
+            return read_cooked(asset.baked)[0].outline.mesh_triangles or 0, "triangle"
         case BakedAsset():
-            return inspect_header(asset.baked)[1][0].mesh_triangles or 0
+            return inspect_header(asset.baked)[1][0].mesh_triangles or 0, "triangle"
         case MeshAsset():
-            return len(load_mesh(asset.mesh).faces)
+            geometry = read_geometry(asset.mesh)
+            if isinstance(geometry, PointCloud):
+                return len(shown_points(geometry, asset.mesh)), "point"
+            return len(mesh_of(geometry, asset.mesh).faces), "triangle"
 
 
 def _path_rows(path: Path) -> Iterator[Row]:
@@ -249,17 +261,61 @@ def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
 
 
 def _mesh_rows(path: Path) -> Iterator[Row]:
-    from depthwalk.colour import srgb8_from_linear
     from depthwalk.ingest.formats import GLTF_SUFFIXES
     from depthwalk.ingest.gltf import read_header
     from depthwalk.ingest.gltf_unread import unread
-    from depthwalk.ingest.loader import load_mesh
-    from depthwalk.ingest.texture_beside import texture_hint
-    from depthwalk.ingest.units import unit_hint
+    from depthwalk.ingest.loader import mesh_of
+    from depthwalk.ingest.point_cloud import PointCloud
+    from depthwalk.ingest.reader import read_geometry
+    from depthwalk.ingest.sources import Sources
 
     if not path.is_file():
         raise missing_file(path)
-    mesh = load_mesh(path)
+    sources = Sources()
+    geometry = read_geometry(path, sources)
+    if isinstance(geometry, PointCloud):
+        yield from _cloud_rows(geometry, path)
+    else:
+        yield from _triangle_rows(mesh_of(geometry, path), path)
+    if path.suffix.lower() in GLTF_SUFFIXES and (ignored := unread(read_header(sources.read(path), path))):
+        yield "not read", ", ".join(ignored)
+
+
+def _cloud_rows(cloud: "PointCloud", path: Path) -> Iterator[Row]:
+    """Yield rows about a scan. The surface through its points is not made, which may take minutes."""
+    from depthwalk.ingest.point_cloud import shown_points
+
+    rows = shown_points(cloud, path)
+    left_out = len(cloud.positions) - len(rows)
+    with_normals = int(np.isfinite(cloud.normals[rows, 0]).sum())
+    yield "kind", "scan of points, of which the surface through them is drawn"
+    yield "bytes", str(path.stat().st_size)
+    yield (
+        "points",
+        f"{len(rows)}" + (f", without {left_out} that are not finite or at the place of another" if left_out else ""),
+    )
+    yield "colours", "none" if cloud.colours is None else "one for each point"
+    if with_normals == len(rows):
+        yield "normals", "one for each point"
+    else:
+        given = f"of {with_normals} points; the others are" if with_normals else "none; they are"
+        yield "normals", f"{given} found from the points"
+    yield from _size_rows(np.ptp(cloud.positions[rows], axis=0), path)
+
+
+def _size_rows(extent: NDArray[np.floating], path: Path) -> Iterator[Row]:
+    """Yield the lengths (3,) of a model's edges along the axes, metres, and a hint if these may be no metres."""
+    from depthwalk.ingest.units import unit_hint
+
+    yield "size", " × ".join(f"{length:g}" for length in extent.tolist()) + " m"
+    if hint := unit_hint(path, extent, "--height of `bake`, `height` in a scene file"):
+        yield "unit", hint
+
+
+def _triangle_rows(mesh: "Mesh", path: Path) -> Iterator[Row]:
+    from depthwalk.colour import srgb8_from_linear
+    from depthwalk.ingest.texture_beside import texture_hint
+
     low, high = mesh.bounds
     yield "kind", "mesh"
     yield "bytes", str(path.stat().st_size)
@@ -267,9 +323,7 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
     yield "vertices", str(len(mesh.positions))
     if tinted := bool((mesh.colours < 255).any()):
         yield "colours", "one for each vertex"
-    yield "size", " × ".join(f"{extent:g}" for extent in (high - low).tolist()) + " m"
-    if hint := unit_hint(path, high - low, "--height of `bake`, `height` in a scene file"):
-        yield "unit", hint
+    yield from _size_rows(high - low, path)
     if hint := texture_hint(path, "--texture "):
         yield "texture", f"{hint}, or `texture` in a scene file"
     for part in (*mesh.parts, *mesh.translucent_parts):
@@ -284,8 +338,6 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
         light = ", unlit" if material.unlit else ""
         faces = counted(part.face_count, "triangle")
         yield f"material {part.material}", f"{faces}, {image}{bumps}{through}{glow}{light}"
-    if path.suffix.lower() in GLTF_SUFFIXES and (ignored := unread(read_header(path.read_bytes(), path))):
-        yield "not read", ", ".join(ignored)
 
 
 def _point(point: Sequence[float]) -> str:

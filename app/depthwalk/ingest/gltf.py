@@ -5,7 +5,6 @@ The header lists the other files that belong to the mesh, so they are found with
 
 import json
 import struct
-from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,7 @@ INSTANCING = "EXT_mesh_gpu_instancing"
 _UNLIT = "KHR_materials_unlit"
 _STRENGTH, _TRANSMISSION = "KHR_materials_emissive_strength", "KHR_materials_transmission"
 _MIRRORED = 0.08  # part of the light that a pane of glass with refractive index 1.5 reflects: 4 % on either face
+POINTS, LINES = 0, 1  # modes of primitives; loops and strips of lines are 2 and 3
 TRIANGLES = 4  # mode of primitives of separate triangles; strips and fans make one triangle per further corner
 _FIRST = " but 1.0; gltf-pipeline, for example, converts it"
 
@@ -205,31 +205,6 @@ def with_header(data: bytes, header: dict[str, Any], path: Path) -> bytes:
     text += b" " * (-len(text) % 4)
     rest = data[20 + struct.unpack_from("<I", data, 12)[0] :]
     return struct.pack("<4sII I4s", b"glTF", 2, 20 + len(text) + len(rest), len(text), b"JSON") + text + rest
-
-
-def placed_size(header: dict[str, Any]) -> tuple[int, int]:
-    """Return how many vertices and triangles a glTF file makes, counting meshes that nodes place more than once.
-
-    Several nodes may show a mesh, and several primitives the same data; reading it makes a copy each time.
-
-    Parameters
-    ----------
-    header
-        The JSON header, as returned by `read_header` and checked by `check_header`.
-
-    Returns
-    -------
-    tuple
-        Upper bounds on the vertices and triangles of all nodes together.
-    """
-    shown = Counter(node["mesh"] for node in header.get("nodes", []) if "mesh" in node)
-    vertices = triangles = 0
-    for number, mesh in enumerate(header.get("meshes", [])):
-        copies = max(shown[number], 1)  # trimesh also reads meshes that no node shows
-        of_vertices, of_triangles = mesh_size(header, mesh)
-        vertices += copies * of_vertices
-        triangles += copies * of_triangles
-    return vertices, triangles
 
 
 def surfaces(mesh: dict[str, Any]) -> list[dict[str, Any]]:

@@ -4,6 +4,7 @@ from typing import Any
 
 from depthwalk.ingest.gltf import INSTANCING, is_unlit, object_under, objects_under
 from depthwalk.ingest.gltf_normal_maps import normal_map_counts
+from depthwalk.ingest.gltf_points import undrawn_beside
 from depthwalk.ingest.gltf_textures import textures_without_picture
 
 _APART = "with other texture coordinates than the colours"
@@ -48,4 +49,4 @@ def unread(header: dict[str, Any]) -> list[str]:
             any(sampler.get(axis, _REPEAT) != _REPEAT for axis in ("wrapS", "wrapT")) for sampler in samplers
         ),
     }
-    return [f"{count} {names[count > 1]}" for names, count in counts.items() if count]
+    return undrawn_beside(header) + [f"{count} {names[count > 1]}" for names, count in counts.items() if count]

@@ -73,7 +73,42 @@ def load_mesh(
     """
     path = Path(path)
     sources = sources or Sources()
-    soup = _retextured(_compacted(_read(path, height, sources, coarse=coarse), path), texture, path, sources)
+    return mesh_of(
+        _read(path, height, sources, coarse=coarse), path, texture=texture, up=up, height=height, sources=sources
+    )
+
+
+def mesh_of(
+    soup: Soup,
+    path: Path,
+    *,
+    texture: Path | None = None,
+    up: Literal["y", "z"] = "y",
+    height: float | None = None,
+    sources: Sources | None = None,
+) -> Mesh:
+    """Make a mesh of triangles that `reader` has read, as `load_mesh` does.
+
+    Parameters
+    ----------
+    soup
+        The triangles of the file.
+    path
+        The file, for messages.
+    texture, up, height, sources
+        As `load_mesh` takes them.
+
+    Returns
+    -------
+    Mesh
+        The mesh, asset frame, metres.
+
+    Raises
+    ------
+    InputError
+        `path: defect`, if it holds nothing that can be drawn.
+    """
+    soup = _retextured(_compacted(soup, path), texture, path, sources or Sources())
     positions = _placed(soup.positions, path, up, height)
     normals = soup.normals[:, [0, 2, 1]] * [1, 1, -1] if up == "z" else soup.normals
     source, faces, normals = _vertices(replace(soup, positions=positions, normals=normals))

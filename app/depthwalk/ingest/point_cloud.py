@@ -1,6 +1,7 @@
 """Turn the points of a scan into a mesh, so that all that is done with meshes can be done with scans."""
 
 import logging
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,9 +11,11 @@ from numpy.typing import NDArray
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
 from depthwalk.geometry.triangles import row_ids
+from depthwalk.ingest.formats import LAS_SUFFIXES
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count
+from depthwalk.types import Rows
 
 log = logging.getLogger(__name__)
 
@@ -39,6 +42,43 @@ class PointCloud(NamedTuple):
     colours: NDArray[np.uint8] | None
 
 
+def joined_clouds(clouds: Sequence[PointCloud]) -> PointCloud:
+    """Join clouds, at least one, that are in one frame; those without colours are white if others have some."""
+    colours = [
+        np.full((len(cloud.positions), 3), 255, np.uint8) if cloud.colours is None else cloud.colours
+        for cloud in clouds
+    ]
+    return PointCloud(
+        positions=np.concatenate([cloud.positions for cloud in clouds]),
+        normals=np.concatenate([cloud.normals for cloud in clouds]),
+        colours=np.concatenate(colours) if any(cloud.colours is not None for cloud in clouds) else None,
+    )
+
+
+def shown_points(cloud: PointCloud, path: Path) -> Rows:
+    """Return the rows of the points that a surface is laid through: the finite ones, the first at each place.
+
+    Parameters
+    ----------
+    cloud
+        The points.
+    path
+        The file, for messages.
+
+    Raises
+    ------
+    InputError
+        `path: defect` for fewer than three.
+    """
+    rows = np.flatnonzero(np.isfinite(cloud.positions).all(axis=1))
+    rows = rows[np.sort(row_ids(cloud.positions[rows])[1])] if len(rows) else rows
+    if len(rows) < 3:
+        if path.suffix.lower() in LAS_SUFFIXES:  # which holds nothing but points
+            raise InputError(f"{path}: fewer than three points, through which no surface passes")
+        raise InputError(f"{path}: no faces, and fewer than three points; lines alone are not drawn")
+    return rows
+
+
 def cloud_soup(cloud: PointCloud, path: Path, *, warns: bool = True) -> Soup:
     """Return the triangles of the surface through points.
 
@@ -61,13 +101,11 @@ def cloud_soup(cloud: PointCloud, path: Path, *, warns: bool = True) -> Soup:
     InputError
         `path: defect` for points on no surface, and for too many.
     """
-    rows = np.flatnonzero(np.isfinite(cloud.positions).all(axis=1))
-    if warns and (left_out := (total := len(cloud.positions)) - len(rows)):
+    total = len(cloud.positions)
+    if warns and (left_out := total - np.count_nonzero(np.isfinite(cloud.positions).all(axis=1))):
         log.warning("%s: %d of %d points have NaN or infinite coordinates; left out", path, left_out, total)
-    rows = rows[np.sort(row_ids(cloud.positions[rows])[1])] if len(rows) else rows
+    rows = shown_points(cloud, path)
     count = len(rows)
-    if count < 3:
-        raise InputError(f"{path}: no faces, and fewer than three points; lines alone are not drawn")
     check_triangle_count(_TRIANGLES * count, path)
     check_memory(path, _POINT_BYTES * count, f"a surface through {count} points")
     from depthwalk.geometry.point_surface import point_surface  # here: it imports scipy, which meshes do not need

@@ -1,5 +1,7 @@
 """Read mesh files of every format into one flat list of triangles."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +10,7 @@ from numpy.typing import NDArray
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
 from depthwalk.geometry.distinct import distinct_numbers
-from depthwalk.ingest.formats import LAS_SUFFIXES, check_suffix
+from depthwalk.ingest.formats import GLTF_SUFFIXES, LAS_SUFFIXES, check_suffix
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.mtl import material_libraries
@@ -44,6 +46,33 @@ def read_soup(path: Path, sources: Sources | None = None, *, coarse: bool = Fals
     InputError
         `path: defect` or, in OBJ files, `path:line: defect`.
     """
+    read = read_geometry(path, sources)
+    with _told_as_damaged(path):
+        if isinstance(read, PointCloud):
+            return cloud_soup(thinned(read) if coarse else read, path, warns=not coarse)
+        return coarse_soup(read) if coarse else read
+
+
+def read_geometry(path: Path, sources: Sources | None = None) -> Soup | PointCloud:
+    """Read all triangles of a file, or its points if it has none, without the surface through them.
+
+    Parameters
+    ----------
+    path
+        The mesh file.
+    sources
+        Reads files and keeps their bytes; None reads them from the disk.
+
+    Returns
+    -------
+    Soup or PointCloud
+        The triangles or points, in the frame and unit of the file.
+
+    Raises
+    ------
+    InputError
+        As `read_soup` does.
+    """
     check_suffix(path)
     sources = sources or Sources()
     data = sources.read(path)
@@ -54,11 +83,15 @@ def read_soup(path: Path, sources: Sources | None = None, *, coarse: bool = Fals
         raise InputError(f"{path}: holds {suffix[1:].upper()} data; rename it to {path.stem}{suffix}")
     if path.suffix.lower() == ".ply" and b"ply" not in data[:80].split(b"\n", 1)[0].lower():  # as trimesh tells them
         raise InputError(f"{path}: not a PLY file")
+    with _told_as_damaged(path):
+        return _read_any(data, path, sources)
+
+
+@contextmanager
+def _told_as_damaged(path: Path) -> Iterator[None]:
+    """Report whatever else than an InputError is raised in a `with` block as one about the file `path`."""
     try:
-        read = _read_any(data, path, sources)
-        if isinstance(read, PointCloud):
-            return cloud_soup(thinned(read) if coarse else read, path, warns=not coarse)
-        return coarse_soup(read) if coarse else read
+        yield
     except InputError:
         raise
     except Exception as error:  # trimesh does not document what its parsers raise on damaged data
@@ -81,6 +114,11 @@ def _read_any(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud:
         from depthwalk.ingest.las.decoder import read_las
 
         return read_las(data, path)
+    if suffix in GLTF_SUFFIXES:
+        from depthwalk.ingest.gltf_points import read_gltf_points
+
+        if (cloud := read_gltf_points(data, path, sources)) is not None:
+            return cloud
     from depthwalk.ingest.trimesh_reader import read_by_trimesh
 
     return read_by_trimesh(data, path, sources)

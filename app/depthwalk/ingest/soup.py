@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import GLTF_SUFFIXES
 from depthwalk.ingest.mesh import Material
 from depthwalk.limits import MAX_MESH_TRIANGLES
 from depthwalk.types import Ints, Mask
@@ -94,7 +95,10 @@ def mesh_bytes(vertices: int, triangles: int) -> int:
 def check_triangle_count(count: int, path: Path) -> None:
     """Raise InputError if `count`, the number of triangles in the file `path`, is 0 or above the limit."""
     if count == 0:
-        hint = "" if path.suffix.lower() == ".stl" else "; lines alone are not drawn"
-        raise InputError(f"{path}: no faces{hint}")
+        suffix = path.suffix.lower()
+        hint = (
+            "its scene shows neither triangles nor points" if suffix in GLTF_SUFFIXES else "lines alone are not drawn"
+        )
+        raise InputError(f"{path}: no faces" + (f"; {hint}" if suffix != ".stl" else ""))
     if count > MAX_MESH_TRIANGLES:
         raise InputError(f"{path}: too large: {count} triangles, the limit is {MAX_MESH_TRIANGLES}")

@@ -1,4 +1,4 @@
-"""Take the points of a scan from what trimesh has read."""
+"""Take the points of a scan in a PLY file from what trimesh has read."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -10,39 +10,28 @@ from trimesh import Trimesh
 from trimesh.visual.color import to_rgba
 
 from depthwalk.colour import srgb8_from_linear
-from depthwalk.ingest.point_cloud import PointCloud
+from depthwalk.ingest.point_cloud import PointCloud, joined_clouds
 from depthwalk.ingest.soup import unit_normals
 from depthwalk.types import Array
 
 
-def joined_points(placed: Iterable[tuple[TrimeshPoints, Array]], *, linear_colours: bool) -> PointCloud:
+def joined_points(placed: Iterable[tuple[TrimeshPoints, Array]]) -> PointCloud:
     """Join point clouds into one.
 
     Parameters
     ----------
     placed
         The clouds, at least one, and their scene_from_cloud matrices (4, 4).
-    linear_colours
-        Whether colours are linear, as in glTF, and not sRGB.
 
     Returns
     -------
     PointCloud
         All points, in the frame of the scene; those of clouds without colours are white if others have some.
     """
-    clouds = [_cloud(points, matrix, linear_colours) for points, matrix in placed]
-    colours = [
-        np.full((len(cloud.positions), 3), 255, np.uint8) if cloud.colours is None else cloud.colours
-        for cloud in clouds
-    ]
-    return PointCloud(
-        positions=np.concatenate([cloud.positions for cloud in clouds]),
-        normals=np.concatenate([cloud.normals for cloud in clouds]),
-        colours=np.concatenate(colours) if any(cloud.colours is not None for cloud in clouds) else None,
-    )
+    return joined_clouds([_cloud(points, matrix) for points, matrix in placed])
 
 
-def _cloud(points: TrimeshPoints, matrix: Array, linear_colours: bool) -> PointCloud:
+def _cloud(points: TrimeshPoints, matrix: Array) -> PointCloud:
     """Return one cloud, placed by the matrix (4, 4)."""
     positions, linear = np.asarray(points.vertices, np.float64), matrix[:3, :3]
     normals = _file_normals(points)
@@ -52,7 +41,7 @@ def _cloud(points: TrimeshPoints, matrix: Array, linear_colours: bool) -> PointC
         placed = positions @ linear.T + matrix[:3, 3]
     colours = np.asarray(points.colors)
     has_colours = colours.shape == (len(points.vertices), 4)
-    return PointCloud(placed, normals, srgb_colours(colours, linear=linear_colours) if has_colours else None)
+    return PointCloud(placed, normals, srgb_colours(colours, linear=False) if has_colours else None)
 
 
 def srgb_colours(values: NDArray[Any], *, linear: bool) -> NDArray[np.uint8]:
@@ -67,7 +56,7 @@ def srgb_colours(values: NDArray[Any], *, linear: bool) -> NDArray[np.uint8]:
 
 
 def _file_normals(points: TrimeshPoints) -> NDArray[np.float64]:
-    """Return the unit normals (n, 3) of the points of a PLY file; NaN without, as trimesh drops those of glTF."""
+    """Return the unit normals (n, 3) of the points of a PLY file; NaN without."""
     normals = ply_columns(points, "nx", "ny", "nz")
     return np.full(np.shape(points.vertices), np.nan) if normals is None else unit_normals(normals.astype(np.float64))
 

@@ -19,13 +19,15 @@ from trimesh.resolvers import FilePathResolver
 from trimesh.transformations import fix_rigid
 from trimesh.visual.texture import TextureVisuals
 
-from depthwalk.errors import InputError, quoted
+from depthwalk.errors import InputError
 from depthwalk.ingest import gltf
 from depthwalk.ingest.formats import GLTF_SUFFIXES, IMAGE_SUFFIXES
 from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_draco import decompress
 from depthwalk.ingest.gltf_geometry import express
 from depthwalk.ingest.gltf_normal_maps import fold_normal_maps
+from depthwalk.ingest.gltf_points import warn_of_undrawn
+from depthwalk.ingest.gltf_sizes import buffer_bytes, check_placed_size
 from depthwalk.ingest.gltf_textures import warn_of_missing_textures
 from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import WHITE, convert_material, without_light
@@ -35,7 +37,6 @@ from depthwalk.ingest.point_cloud import PointCloud
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8, find, texture_name
 from depthwalk.ingest.trimesh_points import joined_points, ply_columns, srgb_colours
-from depthwalk.limits import MAX_COPIED_TRIANGLES
 
 logging.getLogger("trimesh").setLevel(logging.ERROR)  # it warns, with tracebacks, about things that are checked here
 
@@ -71,7 +72,7 @@ def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup | PointCl
     placed, points = _placed(_read_scene(path, data, folder), path)
     is_gltf = path.suffix.lower() in GLTF_SUFFIXES
     if points and not placed:
-        return joined_points(points, linear_colours=is_gltf)
+        return joined_points(points)
     triangles = sum(len(mesh.faces) for mesh, _ in placed)
     check_triangle_count(triangles, path)
     check_mesh_memory(sum(len(mesh.vertices) for mesh, _ in placed), triangles, path)
@@ -139,23 +140,12 @@ def _expressed(data: bytes, path: Path, folder: _Folder) -> bytes:
     """Return a glTF file that `trimesh` reads right; `folder` serves its buffers, and one that is added."""
     header = gltf.read_header(data, path)
     gltf.check_header(header, path)
-    length = len(data)
-    for uri in gltf.external_uris(header, "buffers"):
-        file = find(uri, folder.folders, folder.sources)
-        if file is None:
-            raise InputError(f"{path}: buffer {quoted(uri)} is missing or outside the folder")
-        length += len(folder.sources.read(file))
+    length = len(data) + buffer_bytes(header, path, folder.sources)
     accessors = Accessors(header, data, folder.get)
     compressed = decompress(header, accessors, path)
-    length += sum(map(len, accessors.added.values()))
-    vertices, triangles = gltf.placed_size(header)
-    if triangles > (most := MAX_COPIED_TRIANGLES + length // 3):  # no triangle takes less than three bytes
-        raise InputError(
-            f"{path}: its nodes and primitives make {triangles} triangles of the same data, at most {most} are "
-            "allowed; place copies by a scene file, as `depthwalk convert` makes one"
-        )
-    check_mesh_memory(vertices, triangles, path)
+    check_placed_size(header, length + sum(map(len, accessors.added.values())), path)
     warn_of_missing_textures(header, accessors, path)
+    warn_of_undrawn(header, path)
     changed = [express(header, accessors), gltf.fold_extensions(header, path), fold_normal_maps(header, path)]
     folder.made |= accessors.added
     return gltf.with_header(data, header, path) if compressed or any(changed) else data

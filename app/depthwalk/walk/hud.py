@@ -48,7 +48,7 @@ HELP = (
     ("P / K", "play / record a camera path; again: stop, save"),
     ("Space", "stop what is animated / let it go on"),
     ("L", "focus on the window's centre (depth of field)"),
-    ("R", "reload the scene file"),
+    ("R", "reload the scene file; keep the view"),
     ("Gamepad", "sticks move and look, triggers up / down"),
     ("Drop files", "open a scene, meshes or a camera path"),
     ("1 2 3", "draw as the scene says / depth images / mesh"),

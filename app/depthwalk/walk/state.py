@@ -97,7 +97,11 @@ class State(Viewer):
         self.file_values, self.saved_to = FileValues(self.scene), saved_to(self.scene.path)
 
     def show(self, scene: Scene, renderer: Renderer, aspect: float) -> None:
-        """Show another scene, or reload the present one, which keeps camera and camera path.
+        """Show another scene, or reload the present one, which keeps how the user looks at it.
+
+        That is the camera and its path, the representation (which `renderer` has already) and, where it differs from
+        the file, what is inspected instead of the lit picture: none of them is the scene's own. All other settings
+        become those of the file.
 
         Parameters
         ----------
@@ -111,8 +115,11 @@ class State(Viewer):
         again = scene.files == self.scene.files
         self.tell(f"Reloaded {scene.title}" if again else scene.title)
         self.end_recording()  # its message is more important
+        inspection = self.changed.get("render", {}).get("inspection", {}) if again else {}
         self.scene, self.renderer, self.shares, self.inspected = scene, renderer, LateShares(), Inspected()
         self._remember_file()
+        for name, value in inspection.items():
+            setattr(scene.render.inspection, name, value)
         self.home, self.home_is_framed = home_in(scene, renderer, aspect), scene.camera is None
         if not again:
             self.moment, self.is_animated = 0.0, True

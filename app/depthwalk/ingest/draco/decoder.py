@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
+from depthwalk.extras import install_command
 from depthwalk.ingest.draco.worker import LENGTH
 from depthwalk.ingest.watched_process import run_watched
 
@@ -92,7 +93,7 @@ def decode(streams: Sequence[DracoStream], path: Path) -> list[DracoMesh]:
     """
     if find_spec("DracoPy") is None:
         raise InputError(
-            f'{path}: is compressed by Draco; `pip install "depthwalk[draco]"` installs what reads it, and '
+            f"{path}: is compressed by Draco; `{install_command('draco')}` installs what reads it, and "
             "`gltf-transform copy` makes a file without compression"
         )
     triangles = sum(stream.triangles for stream in streams)

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, counted
+from depthwalk.extras import install_command
 from depthwalk.ingest.point_cloud import PointCloud
 from depthwalk.ingest.watched_process import run_watched
 from depthwalk.limits import MAX_MESH_TRIANGLES
@@ -49,7 +50,7 @@ def read_las(data: bytes, path: Path) -> PointCloud:
         `path: defect`, also if laspy is not installed.
     """
     if find_spec("laspy") is None or find_spec("lazrs") is None:
-        raise InputError(f'{path}: `pip install "depthwalk[las]"` installs what reads LAS and LAZ files')
+        raise InputError(f"{path}: `{install_command('las')}` installs what reads LAS and LAZ files")
     count = _checked_count(data, path)
     most_bytes = _BYTES + _BYTES_PER_POINT * count + len(data)
     check_memory(path, most_bytes, f"{count} points")
@@ -61,6 +62,8 @@ def read_las(data: bytes, path: Path) -> PointCloud:
         raise InputError(f"{path}: laspy, which reads LAS and LAZ files, does not start")
     if (cloud := _cloud(archive)) is None:
         raise InputError(f"{path}: damaged, truncated or an unsupported kind of LAS")
+    if not len(cloud.positions):
+        raise InputError(f"{path}: all of its {counted(count, 'point')} are noise or withheld")
     return cloud
 
 
@@ -77,6 +80,8 @@ def _checked_count(data: bytes, path: Path) -> int:
     count: int = struct.unpack_from("<I", data, 107)[0]
     if data[25] >= 4 and _LONG <= length <= len(data):  # the minor version
         count = struct.unpack_from("<Q", data, 247)[0]
+    if count == 0:
+        raise InputError(f"{path}: holds no points")
     if 2 * count > MAX_MESH_TRIANGLES:
         raise InputError(f"{path}: {count} points; at most {MAX_MESH_TRIANGLES // 2} are allowed")
     return count
