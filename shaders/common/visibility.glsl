@@ -27,6 +27,10 @@ uvec2 visibility_from(uint object, uint image, float inverse, float uncovered, v
 }
 // As polygons, but with the row of the scene's object that a captured view shows.
 uvec2 captured_visibility(uint row) { return uvec2(0u, uint(FIRST_CAPTURED) + row * (COVERAGE_MASK + 1u)); }
+// As polygons, but with the number of their record and how they are drawn, NUMBERED_MESH or NUMBERED_CLUSTERS.
+uvec2 numbered_visibility(uint how, uint number) { return uvec2(how, number * (COVERAGE_MASK + 1u)); }
+uint number_of(uvec2 visibility) { return visibility.y / (COVERAGE_MASK + 1u); }
+bool is_captured(uvec2 visibility) { return visibility.x == 0u && visibility.y >= uint(FIRST_CAPTURED); }
 uint object_of(uvec2 visibility) { return visibility.x >> IMAGE_BITS; }
 int image_of(uvec2 visibility) { return int(visibility.x & ((1u << IMAGE_BITS) - 1u)); }
 // Whether the whole pixel is covered, with the distance of its centre.

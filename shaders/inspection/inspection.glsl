@@ -6,17 +6,22 @@
 #from depthwalk.gpu.instances import RECORDS_PER_ROW
 #from depthwalk.reference.inspection import SIDEWAYS
 #from depthwalk.render.draw.object_colours import GROUND_COLOUR
+#from depthwalk.render.resources.placed_records import NUMBERED_CLUSTERS, NUMBERED_MESH
 uniform float half_distance;
 uniform usampler2D visibility_texture;
-uniform sampler2D object_colours;   // COLOUR_RECORD by the object's number, 0: polygons
+uniform sampler2D object_colours;   // COLOUR_RECORD by the object's number, 0: what has no number; then those of polygons
+uniform int first_mesh;             // record of the first mesh that is drawn whole
+uniform int first_clustered;        // and of the first that is drawn by clusters
 uniform vec3 captured_colour;
 
 // The false colour of what a pixel of the visibility buffer shows, sRGB.
 vec3 false_colour(uvec2 visibility) {
     if (visibility == GROUND) return GROUND_COLOUR;
-    int object = int(object_of(visibility));
-    if (object == 0 && visibility.y >= uint(FIRST_CAPTURED)) return captured_colour;
-    return texelFetch(object_colours, ivec2(object % RECORDS_PER_ROW, object / RECORDS_PER_ROW), 0).rgb;
+    if (is_captured(visibility)) return captured_colour;
+    int record = int(object_of(visibility)), number = int(number_of(visibility));
+    if (visibility.x == uint(NUMBERED_MESH)) record = first_mesh + number;
+    if (visibility.x == uint(NUMBERED_CLUSTERS)) record = first_clustered + number;
+    return texelFetch(object_colours, ivec2(record % RECORDS_PER_ROW, record / RECORDS_PER_ROW), 0).rgb;
 }
 
 void draw_inspection(inout Pixel pixel) {

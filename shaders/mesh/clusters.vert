@@ -1,4 +1,4 @@
-// Transforms the vertices of mesh clusters from their asset's frame to clip space, as mesh.vert does. PAINTED, NORMAL_MAP: see mesh.frag.
+// Transforms the vertices of mesh clusters from their asset's frame to clip space, as mesh.vert does. PAINTED, NORMAL_MAP, NUMBERED: see mesh.frag.
 #include "common/cluster_vertex.glsl"
 #include "common/rotation.glsl"
 #include "common/view.glsl"
@@ -14,6 +14,10 @@ centroid out vec2 uv;
 #ifdef NORMAL_MAP
 out vec3 place;
 out vec2 place_uv;
+#endif
+#ifdef NUMBERED
+uniform int first_number;   // of the first record of the phase, among those of the frame
+flat out uint number;
 #endif
 
 void main() {
@@ -32,6 +36,9 @@ void main() {
 #ifdef NORMAL_MAP
     place = origin.xyz + turn.w * rotate(rotation, position.xyz);
     place_uv = look.zw;
+#endif
+#ifdef NUMBERED
+    number = uint(first_number + object);
 #endif
     gl_Position = clip_from_eye * vec4(origin.xyz + turn.w * rotate(rotation, position.xyz), 1.0);
 }

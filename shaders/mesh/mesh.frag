@@ -1,6 +1,7 @@
 // Writes colour and world normal of polygons into the G-buffer.
 // PAINTED: vertices have colours, or the material has a texture. CUT_OUT: there is no surface where its alpha is low.
 // NORMAL_MAP: the material has a normal map; always PAINTED, too. UNLIT: it keeps its colour, see common/gbuffer.glsl.
+// NUMBERED: the visibility buffer tells the number of the record, for false colours.
 #include "common/gbuffer.glsl"
 #include "common/visibility.glsl"
 #ifdef NORMAL_MAP
@@ -23,6 +24,10 @@ centroid in vec2 uv;
 in vec3 place;          // world, relative to the viewer
 in vec2 place_uv;       // its texture coordinates
 #endif
+#ifdef NUMBERED
+flat in uint number;    // of the record among those of the frame
+uniform uint drawn_how; // NUMBERED_MESH or NUMBERED_CLUSTERS
+#endif
 
 layout(location = 0) out uvec2 surface;
 layout(location = 1) out uvec2 visibility;
@@ -44,5 +49,9 @@ void main() {
     // An open mesh shows its inside; it is lit as two-sided.
     vec3 facing = gl_FrontFacing ? shading : -shading;
     surface = packed_surface(albedo, specular, facing, shininess);
+#ifdef NUMBERED
+    visibility = numbered_visibility(drawn_how, number);
+#else
     visibility = NO_OBJECT;
+#endif
 }

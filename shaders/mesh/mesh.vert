@@ -1,4 +1,4 @@
-// Transforms ordinary polygons, instanced, from their asset's frame to clip space. PAINTED, NORMAL_MAP: see mesh.frag.
+// Transforms ordinary polygons, instanced, from their asset's frame to clip space. PAINTED, NORMAL_MAP, NUMBERED: see mesh.frag.
 #include "common/rotation.glsl"
 #include "common/view.glsl"
 
@@ -21,6 +21,10 @@ centroid out vec2 uv;
 out vec3 place;
 out vec2 place_uv;
 #endif
+#ifdef NUMBERED
+uniform int first_number;   // of the first record of the draw call, among those of the frame
+flat out uint number;
+#endif
 
 void main() {
     vec3 from_viewer = in_origin + in_scale * rotate(in_rotation, in_position);
@@ -32,6 +36,9 @@ void main() {
 #ifdef NORMAL_MAP
     place = from_viewer;
     place_uv = in_uv;
+#endif
+#ifdef NUMBERED
+    number = uint(first_number + gl_InstanceID);
 #endif
     gl_Position = clip_from_eye * vec4(from_viewer, 1.0);
 }

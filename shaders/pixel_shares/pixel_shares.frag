@@ -11,6 +11,6 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy * spacing);
     uvec2 visibility = texelFetch(visibility_texture, pixel, 0).xy;
     number = object_of(visibility);
-    if (number == 0u && visibility != GROUND) number = uint(visibility.y >= uint(FIRST_CAPTURED) ? CAPTURED_VIEW : POLYGON);
+    if (number == 0u && visibility != GROUND) number = uint(is_captured(visibility) ? CAPTURED_VIEW : POLYGON);
     if (texelFetch(depth_texture, pixel, 0).r == 1.0) number = 0u;
 }

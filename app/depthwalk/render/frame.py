@@ -44,6 +44,7 @@ class Common:
     wireframe : whether the triangles of depth images are drawn as lines.
     show_tiles : whether every impostor tile is painted in a colour of its own.
     inspects : whether something else than the lit picture is shown, whose colours are not light.
+    numbers_polygons : whether it is told how objects are drawn, so that polygons have numbers in the visibility buffer.
     """
 
     aa: AntiAliasing
@@ -53,6 +54,7 @@ class Common:
     wireframe: bool
     show_tiles: bool
     inspects: bool
+    numbers_polygons: bool
 
 
 def common_settings(settings: RenderSettings) -> Common:
@@ -65,6 +67,7 @@ def common_settings(settings: RenderSettings) -> Common:
         wireframe=settings.warp.wireframe,
         show_tiles=settings.composite.show_tiles,
         inspects=settings.inspection.show != "picture",
+        numbers_polygons=settings.inspection.how_drawn is not None,
     )
 
 

@@ -51,7 +51,7 @@ def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) ->
     shown = renderer.world.owners()
     owner = np.concatenate([[-1], shown[plan.object_rows]]).astype(np.int32)
     found: NDArray[np.int32] = owner[image_object]
-    captured = (image_object == 0) & (visible[..., 1] >= FIRST_CAPTURED)
+    captured = (visible[..., 0] == 0) & (visible[..., 1] >= FIRST_CAPTURED)
     row = (visible[..., 1][captured] - FIRST_CAPTURED) >> COVERAGE_BITS
     found[captured] = shown[row]
     meshes = ids.read()

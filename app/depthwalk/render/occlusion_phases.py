@@ -303,7 +303,7 @@ class OcclusionPhases:
         """Plan the phase that draws the objects `rows` (m,). before: the plan of the phase before."""
         scene, settings = self._world.arrays(), self._plan_settings(frame)
         with self._timers.measure_cpu("plan"):
-            return self._planner.plan(
+            planned = self._planner.plan(
                 frame.view,
                 scene,
                 rows,
@@ -312,6 +312,9 @@ class OcclusionPhases:
                 first_object_id=1 if before is None else before.next_object_id,
                 is_resident=frame.residency.is_mesh_resident,
             )
+        if before is not None:
+            planned.polygons_before = before.polygons_after
+        return planned
 
     def _plan_clusters(self, frame: PhaseInputs, cells: Rows, before: FrameDrawLists) -> FrameDrawLists:
         """Plan the phase that draws the clusters of `cells` (m,). before: the plan of the phase before."""
@@ -328,7 +331,9 @@ class OcclusionPhases:
             numbers = numbers[clusters.resident(numbers, frame.residency.resident)]
         settings = self._plan_settings(frame)
         with self._timers.measure_cpu("plan"):
-            return self._cluster_planner.plan(frame.view, numbers, settings, before.next_object_id)
+            planned = self._cluster_planner.plan(frame.view, numbers, settings, before.next_object_id)
+        planned.polygons_before = before.polygons_after
+        return planned
 
     def _plan_settings(self, frame: PhaseInputs) -> PlanSettings:
         """Return the settings that the plans of a frame follow."""

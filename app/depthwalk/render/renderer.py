@@ -20,6 +20,7 @@ from depthwalk.render.antialiasing.modes import hardware_samples, supersampled
 from depthwalk.render.culling.objects_part import MOST_OBJECTS, Part, objects_part
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.material_depth import MaterialRecords, least_footprints, material_records
+from depthwalk.render.draw.object_colours import polygon_errors
 from depthwalk.render.draw.translucency_planner import TranslucencyPlanner, TranslucentDraws
 from depthwalk.render.frame import Common, Frame, Pass, common_settings
 from depthwalk.render.frame_memory import FRAME, FrameMemory, PictureKind
@@ -227,6 +228,9 @@ class Renderer:
 
         # 3. Join the phases: what is shaded, what lets light through, and what the shadow maps hold.
         whole = FrameDrawLists.joined(plans)
+        if self.settings.inspection.how_drawn == "error":
+            allowed = self.settings.mesh.error
+            whole.polygon_error = polygon_errors(view, whole.polygons, self.world.table(), allowed)
         frame = frame_of(plan=whole, materials=materials_of(whole), translucent=self._translucent(view))
         frame = replace(frame, shadows=self._shadow_maps(kind, frame, residency))
 

@@ -178,7 +178,7 @@ class InspectionParams(Params):
         "What is shown: the lit picture; the normals in world axes, from −1 to 1, as red, green and blue; the distance "
         "along the view axis, nearer is brighter; the colours before lighting (albedo); or, in false colours, how each "
         "object is drawn: its representation, its level of detail, the case of its depth images, or the error of its "
-        "impostor, red where it is about to be warped again. The background is black",
+        "impostor or simplified mesh, red where it is as large as allowed. The background is black",
     )
     half_distance: float = param(
         10.0, "Distance over which the grey of `show: distance` falls by half", unit="m", ge=0.001, le=100_000

@@ -10,9 +10,9 @@ from depthwalk.walk.native_imgui import imgui
 _ORDER: tuple[HowDrawn, ...] = get_args(HowDrawn)
 _TITLES: dict[HowDrawn, str] = {
     "representation": "How objects are drawn",
-    "level": "Level of detail of depth images",
+    "level": "Level of detail",
     "case": "Depth images that are warped",
-    "error": "Error of impostors",
+    "error": "Error of impostors and meshes",
 }
 _SQUARE = 12.0
 _NEXT = "X: next"

@@ -6,6 +6,8 @@ import pytest
 from depthwalk.reference.inspection import distance_grey, normal_colour, shaded
 from depthwalk.render.draw.object_colours import GROUND_COLOUR, legend
 from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.passes.mesh import MeshPass
+from depthwalk.render.resources.placed_records import NUMBERED_MESH
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.effect_settings import HowDrawn, InspectionParams
@@ -83,14 +85,17 @@ def test_what_is_no_surface_is_black_or_empty(library: ShapeLibrary) -> None:
     [
         (Representation.DPCI, "representation", "impostor"),
         (Representation.DMESH, "representation", "dmesh"),
-        (Representation.MESH, "representation", "polygons"),
+        (Representation.MESH, "representation", "mesh"),
+        (Representation.MESH_CLUSTERS, "representation", "clusters"),
         (Representation.OCTAHEDRAL, "representation", "captured view"),
         (Representation.DPCI, "level", "1"),
         (Representation.DMESH, "level", "1"),
-        (Representation.MESH, "level", "polygons"),
+        (Representation.MESH, "level", "0"),
+        (Representation.MESH, "case", "polygons"),
+        (Representation.MESH, "error", "0"),
         (Representation.DPCI, "case", "side"),
         (Representation.DPCI, "error", "0"),
-        (Representation.OCTAHEDRAL, "error", "no impostor"),
+        (Representation.OCTAHEDRAL, "error", "not known"),
     ],
 )
 def test_a_ball_shows_how_it_is_drawn(library: ShapeLibrary, how: Representation, show: HowDrawn, meaning: str) -> None:
@@ -110,3 +115,61 @@ def test_a_ball_shows_how_it_is_drawn(library: ShapeLibrary, how: Representation
     assert np.abs(shown - expected)[inside].max() < 0.15  # normals are some degrees off; other colours are 0.2 off
     corner = eye_rays()[-1, 0]  # where the ground is
     assert np.abs(shown[-1, 0] - shaded(GROUND_COLOUR, np.array((0.0, 1.0, 0.0)), corner)).max() < 0.01
+
+
+@pytest.mark.gl
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [Representation.MESH_LOD, Representation.MESH_CLUSTERS])
+def test_each_of_several_meshes_shows_its_own_level_whatever_phase_draws_it(how: Representation) -> None:
+    """The nearest is drawn in the first phase, those beside and behind it in the second."""
+    library = ShapeLibrary([sphere(1.0, 192, 96, colour=COLOUR), sphere(1.0, 192, 96)], resolution=64)
+    places = [(0, (0.0, 0.0, 0.0)), (1, (-2.5, 0.0, -3.0)), (0, (14.0, 0.0, -30.0)), (1, (19.0, 0.0, -60.0))]
+    scene = scene_of(*((asset, place, 0.0, 1.0) for asset, place in places), representation=how)
+    scene.render.aa = "none"
+    scene.render.inspection.show = "level"
+    camera = Camera((0.0, 1.0, 4.0), (0.0, 1.0, 0.0), 0.8)
+    with HeadlessRenderer(scene, library, (240, 180)) as headless:
+        for _ in range(2):  # in the second, what was seen before is drawn first
+            headless.draw(View(camera, (240, 180)))
+        picture = headless.pixels()[..., :3] / 255.0
+        renderer = headless.renderer
+        assert renderer.plan is not None
+        drawn = renderer.plan.polygons
+        levels = {
+            tuple(drawn.records["origin"][row].round(3).tolist()): batch.level
+            for batch in drawn.batches
+            for row in range(batch.first, batch.first + batch.count)
+        }
+        view = View(camera, (240, 180))
+    assert len(levels) == 4 and len(set(levels.values())) >= 3
+    for origin, level in levels.items():
+        x, y, z = view.axes @ (np.array(origin) + np.array((0, 1, 0)))
+        column = int((1 + x / (z * view.half_extent[0])) / 2 * 240)
+        row = int((1 - y / (z * view.half_extent[1])) / 2 * 180)
+        shown = picture[row, column] / np.linalg.norm(picture[row, column])
+        colours = np.array([colour for _, colour in legend("level")][:8])
+        nearest = np.linalg.norm(colours / np.linalg.norm(colours, axis=1)[:, None] - shown, axis=1).argmin()
+        assert nearest == min(level, 7)
+
+
+@pytest.mark.gl
+def test_without_false_colours_polygons_are_drawn_by_the_same_programs_as_ever(library: ShapeLibrary) -> None:
+    scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH)
+    with HeadlessRenderer(scene, library, SIZE) as headless:
+        (mesh,) = (each for each in headless.renderer.passes if isinstance(each, MeshPass))
+        headless.draw(View(CAMERA, SIZE))
+        before = set(mesh._programs)
+        assert not any("NUMBERED" in defines for defines in before)
+        scene.render.inspection.show = "level"
+        headless.draw(View(CAMERA, SIZE))
+        assert {defines for defines in mesh._programs if "NUMBERED" in defines}
+        targets = headless.renderer.targets
+        assert targets is not None
+        with headless.device.context:
+            visible = np.frombuffer(targets.visibility_texture.read(), np.uint32)[::2]
+        assert set(visible) == {0, NUMBERED_MESH}
+        scene.render.inspection.show = "picture"
+        headless.draw(View(CAMERA, SIZE))
+        with headless.device.context:
+            visible = np.frombuffer(targets.visibility_texture.read(), np.uint32)
+        assert not visible.any()

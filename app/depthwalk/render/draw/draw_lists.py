@@ -14,7 +14,7 @@ from depthwalk.render.draw.frame_counts import Counts, DrawnTiles
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.scene.arrays import Representation
-from depthwalk.types import Mask, Rows
+from depthwalk.types import Array, Mask, Rows
 
 _JOINED_BY: dict[str, Any] = {"objects": max, "atlas_used": max}  # how phases' counts are joined; others are added
 _LATER = ("occluded", "clusters", "shadow_maps", "shadow_maps_waiting", "shadow_triangles")  # noted by later steps
@@ -204,6 +204,9 @@ class FrameDrawLists:
         representations that draw anything.
     first_object_id : the number that passes write for the first of the `object_rows`; 0 stands for no object.
     continues : whether an earlier phase of the same frame has drawn other objects already.
+    polygons_before : how many records of `mesh`, and of `clusters.objects`, the earlier phases of the same frame have.
+    polygon_error : (p,) error of each record of `polygons` in the whole frame, 1 where it is as large as
+        `render.mesh.error` allows; None unless false colours are to tell it.
     """
 
     warp: DrawList
@@ -220,6 +223,14 @@ class FrameDrawLists:
     first_object_id: int = 1
     continues: bool = False
     clusters: ClusterDraws = field(default_factory=lambda: ClusterDraws.none())
+    polygons_before: tuple[int, int] = (0, 0)
+    polygon_error: Array | None = None
+
+    @property
+    def polygons_after(self) -> tuple[int, int]:
+        """Return what `polygons_before` of the next phase is."""
+        meshes, clustered = self.polygons_before
+        return meshes + len(self.mesh.records), clustered + len(self.clusters.objects.records)
 
     @property
     def polygons(self) -> DrawList:

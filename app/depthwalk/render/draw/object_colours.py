@@ -9,7 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.cook.cases import drawn_cases
-from depthwalk.render.draw.draw_lists import FrameDrawLists
+from depthwalk.geometry.quaternions import conjugate, rotate
+from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists
+from depthwalk.render.view.view import View
+from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.scene.arrays import HEIGHT_FIELDS, Representation
 from depthwalk.scene.effect_settings import HowDrawn
 from depthwalk.types import Array, Rows
@@ -18,10 +21,12 @@ Colour = tuple[float, float, float]
 
 COLOUR_RECORD = np.dtype([("colour", "4f4")])  # sRGB; the fourth component is not used
 GROUND_COLOUR = np.array((0.33, 0.33, 0.33))
-_WITHOUT: Colour = (0.62, 0.62, 0.62)  # what has neither level, case nor error
+_WITHOUT: Colour = (0.62, 0.62, 0.62)  # what has no level, no case or no error
 _IMPOSTOR: Colour = (0.30, 0.55, 1.00)
 _STRAIGHT: Colour = (0.21, 0.77, 0.71)
-_POLYGONS: Colour = (0.96, 0.60, 0.24)
+_MESH: Colour = (0.96, 0.60, 0.24)
+_SIMPLIFIED: Colour = (0.95, 0.83, 0.30)
+_BY_CLUSTERS: Colour = (0.55, 0.74, 0.29)
 _HEIGHT_FIELD: Colour = (0.69, 0.44, 0.91)
 _CAPTURED: Colour = (0.93, 0.43, 0.65)
 # From the finest level to the coarsest; coarser ones have the last colour too.
@@ -45,11 +50,15 @@ class ObjectColours:
 
     Attributes
     ----------
-    records : (1 + d,) COLOUR_RECORD by an object's number in the visibility buffer; number 0 stands for all polygons.
+    records : (1 + d + p,) COLOUR_RECORD: by an object's number in the visibility buffer, of which 0 stands for what
+        has no number, then those of the polygons, first meshes that are drawn whole, then those by clusters.
+    first_mesh, first_clustered : the first record of either kind of polygons.
     captured : the colour of all captured views.
     """
 
     records: NDArray[np.void]
+    first_mesh: int
+    first_clustered: int
     captured: Colour
 
 
@@ -61,28 +70,76 @@ def object_colours(plan: FrameDrawLists, show: HowDrawn) -> ObjectColours:
     plan : the draw lists of the whole frame.
     show : what the colours tell.
     """
-    records = np.zeros(1 + len(plan.object_rows), COLOUR_RECORD)
+    first_mesh = 1 + len(plan.object_rows)
+    first_clustered = first_mesh + len(plan.mesh.records)
+    records = np.zeros(first_clustered + len(plan.clusters.objects.records), COLOUR_RECORD)
     colour = records["colour"][:, :3]
     colour[:] = _WITHOUT
-    drawn_as, straight = plan.drawn_as, plan.drawn_as == Representation.DMESH
-    tiles, batches = plan.tiles.of_objects(), plan.dmesh.batches
+    _colour_depth_images(colour[1:first_mesh], plan, show)
+    meshes = plan.polygons.batches
+    level = np.repeat(
+        np.array([batch.level for batch in meshes], np.int64), np.array([batch.count for batch in meshes], np.int64)
+    )
+    if show == "representation":
+        colour[first_mesh:] = np.where(level[:, None] > 0, _SIMPLIFIED, _MESH)
+        colour[first_clustered:] = _BY_CLUSTERS
+    elif show == "level":
+        colour[first_mesh:] = _of(_LEVELS, level)
+    elif show == "error" and plan.polygon_error is not None:
+        colour[first_mesh:] = _error_colours(plan.polygon_error)
+    return ObjectColours(
+        records=records,
+        first_mesh=first_mesh,
+        first_clustered=first_clustered,
+        captured=_CAPTURED if show == "representation" else _WITHOUT,
+    )
+
+
+def _colour_depth_images(colour: Array, plan: FrameDrawLists, show: HowDrawn) -> None:
+    """Fill in the colours (d, 3) of the objects that depth images show; those without any keep theirs."""
+    straight, tiles, batches = plan.drawn_as == Representation.DMESH, plan.tiles.of_objects(), plan.dmesh.batches
     count = np.array([batch.count for batch in batches], np.int64)
     if show == "representation":
-        colour[0] = _POLYGONS
-        colour[1:][plan.tiled] = _IMPOSTOR
-        colour[1:][straight] = _STRAIGHT
-        colour[1:][np.isin(drawn_as, HEIGHT_FIELDS)] = _HEIGHT_FIELD
-        return ObjectColours(records=records, captured=_CAPTURED)
-    if show == "level":
-        colour[1:][plan.tiled] = _of(_LEVELS, tiles.level)
-        colour[1:][straight] = _of(_LEVELS, np.repeat(np.array([batch.level for batch in batches], np.int64), count))
+        colour[plan.tiled] = _IMPOSTOR
+        colour[straight] = _STRAIGHT
+        colour[np.isin(plan.drawn_as, HEIGHT_FIELDS)] = _HEIGHT_FIELD
+    elif show == "level":
+        colour[plan.tiled] = _of(_LEVELS, tiles.level)
+        colour[straight] = _of(_LEVELS, np.repeat(np.array([batch.level for batch in batches], np.int64), count))
     elif show == "case":
-        colour[1:][plan.tiled] = _of(_CASES, drawn_cases(tiles.pieces))
+        colour[plan.tiled] = _of(_CASES, drawn_cases(tiles.pieces))
         pieces = np.repeat(np.array([batch.pieces for batch in batches], np.int64), count)
-        colour[1:][straight] = _of(_CASES, drawn_cases(pieces))
+        colour[straight] = _of(_CASES, drawn_cases(pieces))
     else:
-        colour[1:][plan.tiled] = _error_colours(tiles.error)
-    return ObjectColours(records=records, captured=_WITHOUT)
+        colour[plan.tiled] = _error_colours(tiles.error)
+
+
+def polygon_errors(view: View, polygons: DrawList, table: AssetTable, allowed: float) -> Array:
+    """Return by how much polygons are off, in proportion to what is allowed.
+
+    Parameters
+    ----------
+    view : the view of the picture.
+    polygons : the meshes that a frame draws.
+    table : the bounds and levels of the assets.
+    allowed : the error that a level may have, pixels.
+
+    Returns
+    -------
+    (p,) by record; 0 for a mesh that is drawn in full, 1 where the error of its level appears as large as allowed, and
+    as large as can be where the viewer is within the cylinder around it.
+    """
+    records, batches = polygons.records, polygons.batches
+    count = np.array([batch.count for batch in batches], np.int64)
+    asset = np.repeat(np.array([batch.asset for batch in batches], np.int64), count)
+    level = np.repeat(np.array([batch.level for batch in batches], np.int64), count)
+    rotation, scale = records["rotation"].astype(np.float64), records["scale"].astype(np.float64)
+    viewer = rotate(conjugate(rotation), -records["origin"].astype(np.float64)) / scale[:, None]
+    nearest = table.nearest(asset, viewer)
+    metres = np.where(level > 0, table.meshes.error[asset, level], 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pixels = np.where(metres > 0, metres * view.detail_pixels / nearest, 0.0)
+        return np.nan_to_num(np.where(pixels > 0, pixels / allowed, 0.0))
 
 
 def legend(show: HowDrawn) -> tuple[tuple[str, Colour], ...]:
@@ -90,7 +147,9 @@ def legend(show: HowDrawn) -> tuple[tuple[str, Colour], ...]:
     if show == "representation":
         return (
             ("impostor", _IMPOSTOR),
-            ("polygons", _POLYGONS),
+            ("mesh", _MESH),
+            ("simplified", _SIMPLIFIED),
+            ("clusters", _BY_CLUSTERS),
             ("dmesh", _STRAIGHT),
             ("height field", _HEIGHT_FIELD),
             ("captured view", _CAPTURED),
@@ -99,12 +158,12 @@ def legend(show: HowDrawn) -> tuple[tuple[str, Colour], ...]:
         last = len(_LEVELS) - 1
         return (
             *((f"{k}+" if k == last else f"{k}", colour) for k, colour in enumerate(_LEVELS)),
-            ("polygons", _WITHOUT),
+            ("no levels", _WITHOUT),
         )
     if show == "case":
         texts = ("side", "side + top", "side + bottom", "all")
         return (*zip(texts, _CASES, strict=True), ("polygons", _WITHOUT))
-    return (*zip(("0", "half", "all that is allowed"), _ERRORS, strict=True), ("no impostor", _WITHOUT))
+    return (*zip(("0", "half", "all that is allowed"), _ERRORS, strict=True), ("not known", _WITHOUT))
 
 
 def _of(palette: tuple[Colour, ...], numbers: Rows) -> Array:

@@ -37,7 +37,11 @@ class InspectionPass(PixelPass[InspectionParams]):
             return PixelInputs(
                 defines=("HOW_DRAWN",),
                 textures={"visibility_texture": frame.targets.visibility_texture, "object_colours": self._colours},
-                uniforms={"captured_colour": colours.captured},
+                uniforms={
+                    "captured_colour": colours.captured,
+                    "first_mesh": colours.first_mesh,
+                    "first_clustered": colours.first_clustered,
+                },
                 even_sky=True,
             )
         uniforms = {"half_distance": params.half_distance} if params.show == "distance" else {}

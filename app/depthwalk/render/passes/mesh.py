@@ -5,6 +5,8 @@ The draw lists name the levels. The nearest objects are drawn without meshlets t
 (`render.cluster_drawing`).
 """
 
+from functools import partial
+
 import moderngl
 import numpy as np
 
@@ -17,7 +19,7 @@ from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.cluster_object import ClusterObject
 from depthwalk.render.resources.mesh_object import PAINTED_LAYOUT, PLAIN_LAYOUT, MeshObject
-from depthwalk.render.resources.placed_records import PLACED_RECORD
+from depthwalk.render.resources.placed_records import NUMBERED_CLUSTERS, NUMBERED_MESH, PLACED_RECORD
 from depthwalk.scene.object_settings import MeshParams
 
 _CULLED_OBJECTS = 4  # nearest objects of a frame whose meshlets are culled
@@ -33,6 +35,7 @@ class MeshPass(Pass[MeshParams]):
 
     def setup(self, gl: Scope) -> None:
         """Prepare the variants of the program and a buffer for the indices of meshlets; `gl` owns them."""
+        self._more: tuple[str, ...] = ()  # defines of all programs of a frame
         self._programs = Variants(lambda defines: Program(gl, "mesh/mesh.vert", "mesh/mesh.frag", defines))
         layouts = {True: PAINTED_LAYOUT, False: PLAIN_LAYOUT}
         self._arrays = Variants(
@@ -50,17 +53,26 @@ class MeshPass(Pass[MeshParams]):
     def draw(self, frame: Frame, params: MeshParams) -> None:
         """Draw the meshes of `frame` into surfaces, visibility and depth, as `params` say.
 
-        In the first phase the cleared visibility buffer already holds what polygons would write, so it is not written.
+        In the first phase the cleared visibility buffer already holds what polygons would write, so it is not written,
+        unless they have numbers.
         """
-        into = frame.targets.polygons if frame.plan.continues else frame.targets.first_polygons
+        self._more = ("NUMBERED",) if frame.common.numbers_polygons else ()
+        hides = frame.plan.continues or frame.common.numbers_polygons
+        into = frame.targets.polygons if hides else frame.targets.first_polygons
         with self.gl.state(into=into, depth_test=LESS, wireframe=params.wireframe):
             self._draw(frame)
-            self._clusters.draw(frame.plan.clusters, frame.assets.meshes, self._choose)
+            choose = partial(self._choose, frame.plan.polygons_before[1])
+            self._clusters.draw(frame.plan.clusters, frame.assets.meshes, choose)
 
-    def _choose(self, clusters: ClusterObject, number: int) -> Program:
-        """Return the program that draws part `number` of a mesh by clusters, with its material set; a ChooseProgram."""
+    def _choose(self, first: int, clusters: ClusterObject, number: int) -> Program:
+        """Return the program that draws part `number` of a mesh by clusters, with its material set; a ChooseProgram.
+
+        first : the number of the phase's first object by clusters among those of the frame.
+        """
         look = clusters.look.materials[clusters.materials[number]]
-        program = self._cluster_programs[look.defines]
+        program = self._cluster_programs[look.defines + self._more]
+        if self._more:
+            program.set(first_number=first, drawn_how=NUMBERED_CLUSTERS)
         look.use(program)
         if look.painted:
             program.set(cluster_colours=COLOURS)
@@ -92,7 +104,8 @@ class MeshPass(Pass[MeshParams]):
                 self._draw_part(frame, asset, batch, number, record, 1)
             elif len(faces):
                 self.gl.refill(self._seen, faces)
-                array = self._array(asset, (batch.asset, batch.level, "seen"), number, self._seen, record)
+                key = batch.asset, batch.level, "seen"
+                array = self._array(frame, asset, key, number, self._seen, record)
                 array.render(vertices=faces.size)
 
     def _draw_part(
@@ -100,11 +113,12 @@ class MeshPass(Pass[MeshParams]):
     ) -> None:
         """Draw part `number` of `count` objects, whole, from record `first` on."""
         part = asset.parts[number]
-        array = self._array(asset, (batch.asset, batch.level), number, asset.indices, first)
+        array = self._array(frame, asset, (batch.asset, batch.level), number, asset.indices, first)
         array.render(vertices=3 * part.face_count, first=3 * part.first_face, instances=count)
 
     def _array(
         self,
+        frame: Frame,
         asset: MeshObject,
         key: tuple[int | str, ...],
         number: int,
@@ -113,9 +127,12 @@ class MeshPass(Pass[MeshParams]):
     ) -> moderngl.VertexArray:
         """Set the material of part `number` of the mesh; return the vertex array of records from `first` on."""
         look = asset.look.materials[asset.parts[number].material]
-        program = self._programs[look.defines]
+        defines = look.defines + self._more
+        program = self._programs[defines]
+        if self._more:
+            program.set(first_number=frame.plan.polygons_before[0] + first, drawn_how=NUMBERED_MESH)
         look.use(program)
-        array = self._arrays[look.defines].get(key, asset.vertices, indices)
+        array = self._arrays[defines].get(key, asset.vertices, indices)
         self._instances.bind(array, first)
         return array
 

@@ -12,6 +12,11 @@ COVERAGE_BITS = 4
 FIRST_CAPTURED = 2 << COVERAGE_BITS
 """Second number in the visibility buffer where captured views show row 0; each further row adds 2 ** COVERAGE_BITS."""
 
+NUMBERED_MESH, NUMBERED_CLUSTERS = 1, 2
+"""Images of object 0 in the visibility buffer that stand for polygons, meshes drawn whole and by clusters; then the
+second number is that of the record among those of the frame, times 2 ** COVERAGE_BITS. Only while false colours are
+shown; otherwise image and second number of polygons are 0."""
+
 PLACED_RECORD = np.dtype([("origin", "3f4"), ("rotation", "4f4"), ("scale", "f4")])
 """Where an object stands relative to the viewer, or to the shadow map's centre, metres; its quaternion; its scale."""
 
