@@ -358,6 +358,18 @@ def test_at_rest_the_picture_is_refined_until_something_moves(gl_device: Device,
         assert np.array_equal(window.pixels(), refined)
 
 
+def test_false_colours_at_rest_are_those_of_frames_which_are_not_refined(sliced: Window) -> None:
+    """The refined picture has impostors of its own, warped for it alone, at other levels."""
+    settings = sliced.renderer.settings
+    settings.inspection.show = "level"
+    sliced.rest()
+    shown = sliced.pixels()
+    settings.reprojection.refine = False
+    sliced.round(0.2)
+    sliced.rest()
+    assert (np.abs(sliced.pixels() - shown).max(-1) > 8).mean() < 0.001
+
+
 def test_a_picture_that_is_being_refined_is_given_up_when_the_viewer_moves(sliced: Window) -> None:
     sliced.renderer.settings.reprojection.slice = 1
     sliced.rest()

@@ -135,9 +135,14 @@ class ShownFrames:
 
     @property
     def _is_refined_at_rest(self) -> bool:
-        """Return whether the picture is drawn once more, with more samples, when the viewer is at rest."""
+        """Return whether the picture is drawn once more, with more samples, when the viewer is at rest.
+
+        False colours tell how frames are drawn, and this picture has impostors and levels of its own.
+        """
         settings = self._renderer.settings
-        return self.refines and settings.reprojection.refine and settings.aa == "none" and settings.dof.mode == "none"
+        is_told = settings.inspection.how_drawn is not None
+        plain = settings.aa == "none" and settings.dof.mode == "none" and not is_told
+        return self.refines and settings.reprojection.refine and plain
 
     def note(self, camera: Camera, dt: float, size: tuple[int, int], jumps: int = 0) -> None:
         """Record what is to be shown; call this once per iteration of the frame loop.
