@@ -341,6 +341,21 @@ def test_the_command_makes_a_folder_beside_the_file(copies: Path) -> None:
     assert again.exit_code == 2 and again.stderr.count("\n") == 1 and "is not empty" in again.stderr
 
 
+def test_points_and_lines_that_are_not_converted_are_told(tmp_path: Path) -> None:
+    glb = Glb()
+    wedge(glb)
+    points = glb.mesh({}, None, mode=0)
+    lines = glb.mesh({}, None, mode=3)
+    path = glb.write(tmp_path / "a.glb", {"mesh": 0}, {"mesh": points}, {"mesh": lines})
+    assert convert_gltf(path, tmp_path / "made").notes == (
+        "4 points and 1 set of lines left out: only triangles are converted",
+    )
+    path = glb.write(tmp_path / "b.glb", {"mesh": points})
+    wanted = "its scene shows no triangles; a scan of points needs no conversion: `depthwalk view` shows it$"
+    with pytest.raises(InputError, match=wanted):
+        convert_gltf(path, tmp_path / "scan")
+
+
 def test_one_is_no_plural(tmp_path: Path) -> None:
     glb = Glb()
     wedge(glb)

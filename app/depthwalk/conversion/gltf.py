@@ -15,6 +15,8 @@ from depthwalk.conversion.models import HEAVY, Division, Model, divide
 from depthwalk.errors import InputError, counted
 from depthwalk.files import staging_folder
 from depthwalk.ingest.formats import GLTF_SUFFIXES
+from depthwalk.ingest.gltf import read_header
+from depthwalk.ingest.gltf_points import holds_points, undrawn_beside
 from depthwalk.ingest.gltf_scene import GltfScene, damaged, read_gltf_scene
 from depthwalk.ingest.gltf_subset import SubsetWriter, file_name
 from depthwalk.ingest.loader import MeshExtent, measure_mesh
@@ -100,7 +102,8 @@ def convert_gltf(path: Path, folder: Path, report: Report = lambda name, step: N
     scene = read_gltf_scene(path, sources)
     with damaged(path):
         divided = divide(scene.models)
-    _check(path, divided)
+    written = read_header(sources.read(path), path)  # as it is in the file, without posed copies of meshes
+    _check(path, divided, written)
     with staging_folder(folder.parent) as staging:
         made = Path(staging) / folder.name
         made.mkdir()
@@ -117,6 +120,8 @@ def convert_gltf(path: Path, folder: Path, report: Report = lambda name, step: N
         notes.append(f"{counted(merged, 'object')} merged with the surroundings: {why}")
     if flat := divided.flat:
         notes.append(f"{counted(flat, 'node')} left out: scaled to nothing")
+    if undrawn := undrawn_beside(written):
+        notes.append(f"{' and '.join(undrawn)} left out: only triangles are converted")
     return Conversion(
         scene=folder / file.name,
         models=len(assets),
@@ -143,11 +148,12 @@ def _replace(made: Path, folder: Path) -> None:
     os.rename(made, folder)
 
 
-def _check(path: Path, divided: Division) -> None:
-    """Raise InputError if there is nothing to show, or more than a scene holds."""
+def _check(path: Path, divided: Division, header: dict[str, Any]) -> None:
+    """Raise InputError if there is nothing to show, or more than a scene holds. header: that of the file."""
     models = [*divided.own, *divided.surroundings]
     if not models:
-        raise InputError(f"{path}: its scene shows no triangles")
+        remedy = "; a scan of points needs no conversion: `depthwalk view` shows it" if holds_points(header) else ""
+        raise InputError(f"{path}: its scene shows no triangles{remedy}")
     if (count := sum(len(model.scale) for model in models)) > MAX_INSTANCES:
         raise InputError(f"{path}: {count} objects, the limit is {MAX_INSTANCES}")
     if (triangles := sum(model.triangles for model in divided.surroundings)) > MAX_MESH_TRIANGLES:

@@ -55,7 +55,7 @@ def read_gltf_points(data: bytes, path: Path, sources: Sources) -> PointCloud | 
         For damaged data.
     """
     header = read_header(data, path)
-    if not any(_mode(primitive) == POINTS for primitive in _primitives(header)):
+    if not holds_points(header):
         return None
     check_header(header, path)
     length = len(data) + buffer_bytes(header, path, sources)
@@ -74,6 +74,11 @@ def read_gltf_points(data: bytes, path: Path, sources: Sources) -> PointCloud | 
         return None
     clouds = [_cloud(primitive, matrix, header, accessors) for primitive, matrix in shown if _mode(primitive) == POINTS]
     return joined_clouds(clouds) if clouds else None
+
+
+def holds_points(header: Header) -> bool:
+    """Return whether there are points in a glTF file, by its JSON header, of which parts may be malformed."""
+    return any(_mode(primitive) == POINTS for primitive in _primitives(header))
 
 
 def undrawn_beside(header: Header) -> list[str]:
