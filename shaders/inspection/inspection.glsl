@@ -1,9 +1,9 @@
 // Shows the inputs of lighting instead of light, or how objects are drawn. Twin: reference/inspection.py.
 #include "common/gbuffer.glsl"
 #include "common/pixel.glsl"
+#include "common/records.glsl"
 #include "common/srgb.glsl"
 #include "common/visibility.glsl"
-#from depthwalk.gpu.instances import RECORDS_PER_ROW
 #from depthwalk.reference.inspection import SIDEWAYS
 #from depthwalk.render.draw.object_colours import GROUND_COLOUR
 uniform float half_distance;
@@ -16,7 +16,7 @@ vec3 false_colour(uvec2 visibility) {
     if (visibility == GROUND) return GROUND_COLOUR;
     int object = int(object_of(visibility));
     if (object == 0 && visibility.y >= uint(FIRST_CAPTURED)) return captured_colour;
-    return texelFetch(object_colours, ivec2(object % RECORDS_PER_ROW, object / RECORDS_PER_ROW), 0).rgb;
+    return record_part(object_colours, 1, object, 0).rgb;
 }
 
 void draw_inspection(inout Pixel pixel) {
