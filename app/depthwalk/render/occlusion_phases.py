@@ -30,9 +30,6 @@ from depthwalk.scene.environment import GroundParams
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Array, Mask, Rows
 
-_SAMPLED = 1024  # objects of far cells that are tested, as a sample of all
-_CROWDED = 0.25  # part of the sample: if more is hidden, testing objects singly is quicker than drawing clusters
-
 
 @dataclass(frozen=True, kw_only=True)
 class InSight:
@@ -248,7 +245,6 @@ class OcclusionPhases:
             hidden = (drawn.hide if pending.distance is None else drawn.hide_neighbours)(pending.rows)
             self._last_seen[retested[drawn.hide(retested)]] = False
             occluded = int(hidden.sum()) + self._drop_cells(pending, drawn)
-            self._open_crowded(pending, drawn)
             pending.rows = pending.rows[~hidden]
             if pending.distance is not None:
                 pending.rows, pending.distance = nearest_first(pending.rows, pending.distance[~hidden]), None
@@ -273,14 +269,6 @@ class OcclusionPhases:
         left = [batch[~gone] for batch, gone in zip(pending.batches, np.split(hidden, ends[:-1]), strict=True)]
         pending.batches = [batch for batch in left if len(batch)]
         return cells.count_objects(tested[hidden]) - int(ahead)
-
-    def _open_crowded(self, pending: _Pending, drawn: Occluders) -> None:
-        """Turn the far cells into a batch, whose objects are tested one by one, if many of these are hidden."""
-        if len(pending.far_cells):
-            sample = self._world.cells().sample_objects(pending.far_cells, _SAMPLED)
-            if drawn.hide(sample).mean() > _CROWDED:
-                pending.batches.append(pending.far_cells)
-                pending.far_cells = pending.far_cells[:0]
 
     def _open_batch(self, view: View, batch: Rows, drawn: Occluders) -> tuple[Rows, Array, int]:
         """Return the objects of the cells `batch` (k,) that are neither drawn nor hidden, and how many are hidden.
