@@ -1,9 +1,9 @@
 // Shows the inputs of lighting instead of light, or how objects are drawn. Twin: reference/inspection.py.
 #include "common/gbuffer.glsl"
 #include "common/pixel.glsl"
+#include "common/records.glsl"
 #include "common/srgb.glsl"
 #include "common/visibility.glsl"
-#from depthwalk.gpu.instances import RECORDS_PER_ROW
 #from depthwalk.reference.inspection import SIDEWAYS
 #from depthwalk.render.draw.object_colours import GROUND_COLOUR
 #from depthwalk.render.resources.placed_records import NUMBERED_CLUSTERS, NUMBERED_MESH
@@ -21,7 +21,7 @@ vec3 false_colour(uvec2 visibility) {
     int record = int(object_of(visibility)), number = int(number_of(visibility));
     if (visibility.x == uint(NUMBERED_MESH)) record = first_mesh + number;
     if (visibility.x == uint(NUMBERED_CLUSTERS)) record = first_clustered + number;
-    return texelFetch(object_colours, ivec2(record % RECORDS_PER_ROW, record / RECORDS_PER_ROW), 0).rgb;
+    return record_part(object_colours, 1, record, 0).rgb;
 }
 
 void draw_inspection(inout Pixel pixel) {

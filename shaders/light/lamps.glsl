@@ -1,6 +1,6 @@
 // Adds up the light of lamps at a point, a world vector from the viewer, from a list for each cell of the view (clustered
 // shading, Olsson, Billeter and Assarsson 2012). Twin: reference/light.py.
-#from depthwalk.gpu.instances import RECORDS_PER_ROW
+#include "common/records.glsl"
 #from depthwalk.render.lighting.light_clusters import LAMP_RECORD, SQUARE, SLICES, SLICES_PER_DOUBLING
 uniform sampler2D lamps;        // LAMP_RECORDs
 uniform sampler2D lamp_lists;   // their numbers, four to a texel, cell by cell
@@ -14,13 +14,8 @@ uniform int lamp_map_columns;       // of tiles
 uniform int lamp_map_resolution;    // texels along a tile's edge
 #endif
 
-vec4 lamp_part(int number, int part) {
-    return texelFetch(lamps, ivec2(number % RECORDS_PER_ROW * LAMP_RECORD_TEXELS + part, number / RECORDS_PER_ROW), 0);
-}
-
-int lamp_number(int k) {
-    return int(texelFetch(lamp_lists, ivec2(k / 4 % RECORDS_PER_ROW, k / 4 / RECORDS_PER_ROW), 0)[k % 4]);
-}
+vec4 lamp_part(int number, int part) { return record_part(lamps, LAMP_RECORD_TEXELS, number, part); }
+int lamp_number(int k) { return int(record_part(lamp_lists, 1, k / 4, 0)[k % 4]); }
 
 #ifdef LAMP_SHADOWS
 // What part of a spot light's light reaches a point, from the lamp, that is in its cone. axis: of the cone; shadow: as in
@@ -67,7 +62,7 @@ vec3 of_lamp(
 vec3 of_lamps(vec3 point, float away, vec3 albedo, float specular, float shininess, vec3 normal, vec3 view) {
     ivec2 at = ivec2(gl_FragCoord.xy) / SQUARE;
     int cell = (min(int(float(SLICES_PER_DOUBLING) * log2(max(away, 1.0))), SLICES - 1) * squares.y + at.y) * squares.x + at.x;
-    ivec3 run = ivec3(texelFetch(lamp_cells, ivec2(cell % RECORDS_PER_ROW, cell / RECORDS_PER_ROW), 0).xyz);
+    ivec3 run = ivec3(record_part(lamp_cells, 1, cell, 0).xyz);
     int k = run.x, end = run.x + run.y;
     vec3 colour = vec3(0.0);
 #ifdef LAMP_SHADOWS

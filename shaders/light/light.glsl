@@ -4,6 +4,8 @@
 #include "common/gbuffer.glsl"
 #include "common/phong.glsl"
 #include "common/pixel.glsl"
+// Outside LAMPS, since passes that follow in the same program need it, too.
+#include "common/records.glsl"
 #include "light/background.glsl"
 #from depthwalk.render.target_table import MOST_LIGHT
 #ifdef AMBIENT_OCCLUSION

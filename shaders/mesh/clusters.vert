@@ -29,7 +29,7 @@ void main() {
     vec4 look = record_part(cluster_vertices, CLUSTER_VERTEX_TEXELS, vertex, 1);
     normal = rotate(rotation, vec3(position.w, look.xy));
 #ifdef PAINTED
-    vec3 srgb = texelFetch(cluster_colours, ivec2(vertex % RECORDS_PER_ROW, vertex / RECORDS_PER_ROW), 0).rgb;
+    vec3 srgb = record_part(cluster_colours, 1, vertex, 0).rgb;
     colour = mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)), step(0.04045, srgb));
     uv = look.zw;
 #endif

@@ -1,20 +1,19 @@
 // Covers the places of a finished picture where a moving object's cylinder may be with a rectangle. Coordinates are those of
 // search.glsl.
-#from depthwalk.render.reprojection.moving_surfaces import COLUMNS, RECORD
-uniform sampler2D objects;      // RECORD texels for each object (render/reprojection/moving_surfaces.py)
+#include "common/records.glsl"
+#from depthwalk.render.reprojection.moving_surfaces import MOVING_RECORD
+uniform sampler2D objects;      // MOVING_RECORD
 uniform vec2 half_extent;       // tangents of half the picture's angles
 
 flat out vec4 centre, axis, velocity, turn;
 
-vec4 record(int number) {
-    return texelFetch(objects, ivec2(gl_InstanceID % COLUMNS * RECORD + number, gl_InstanceID / COLUMNS), 0);
-}
+vec4 of_object(int part) { return record_part(objects, MOVING_RECORD_TEXELS, gl_InstanceID, part); }
 
 void main() {
-    centre = record(0);
-    axis = record(1);
-    velocity = record(2);
-    turn = record(3);
+    centre = of_object(MOVING_RECORD_CENTRE);
+    axis = of_object(MOVING_RECORD_AXIS);
+    velocity = of_object(MOVING_RECORD_VELOCITY);
+    turn = of_object(MOVING_RECORD_TURN);
     // The sphere around the cylinder is no nearer than its front and no wider than its back.
     float radius = length(vec2(centre.w, axis.w)), front = centre.z - radius;
     vec2 low = vec2(-1.0), high = vec2(1.0);

@@ -9,6 +9,7 @@ from depthwalk.bake.images import Face
 from depthwalk.cook.cases import Case, drawn_cases
 from depthwalk.geometry.quaternions import rotate
 from depthwalk.render.draw.draw_lists import FrameDrawLists
+from depthwalk.render.draw.frame_counts import DrawnTiles
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.bounds import Cylinders
 from depthwalk.render.view.view import View, viewer_in_object
@@ -168,26 +169,25 @@ def _images(renderer: Renderer, objects: Objects) -> tuple[int, int, int] | None
 
 def _impostors(renderer: Renderer, plan: FrameDrawLists, rows: Rows) -> tuple[ImpostorReport, ...]:
     """Return the reports of the impostors that show the objects `rows` (k,), without those of far clusters."""
-    # Tiles are listed in the order of the objects that are tiled; far clusters, whose objects share one, come last.
-    singles = len(plan.tiles.level) - int(plan.noted.get("clusters", 0))
-    places = np.isin(plan.object_rows[plan.tiled][:singles], rows).nonzero()[0].tolist()
-    return tuple(_impostor(renderer, plan, place) for place in places)
+    tiled, tiles = plan.object_rows[plan.tiled], plan.tiles.of_objects()
+    shown = (np.isin(tiled, rows) & (tiles.members == 1)).nonzero()[0]
+    pairs = zip(tiled[shown].tolist(), shown.tolist(), strict=True)
+    return tuple(_impostor(renderer, plan, row, tiles.take(slice(place, place + 1))) for row, place in pairs)
 
 
-def _impostor(renderer: Renderer, plan: FrameDrawLists, place: int) -> ImpostorReport:
-    """Return the report of a drawn tile, the one at `place` among `plan.tiles`."""
-    objects, level = renderer.world.objects(), int(plan.tiles.level[place])
-    row = int(plan.object_rows[plan.tiled][place])
+def _impostor(renderer: Renderer, plan: FrameDrawLists, row: int, tile: DrawnTiles) -> ImpostorReport:
+    """Return the report of the single `tile` that shows the object `row`."""
+    objects, level = renderer.world.objects(), int(tile.level[0])
     record = plan.composite.records[int((plan.composite.rows == row).argmax())]
     x, y, width, height = np.rint(record["tile"]).astype(int).tolist()
     return ImpostorReport(
         level=level,
         triangles=int(renderer.world.table().triangles[objects.asset[row], level]),
-        case=Case(int(drawn_cases(plan.tiles.pieces[place : place + 1])[0])),
-        step=int(plan.tiles.grid_steps[place]),
+        case=Case(int(drawn_cases(tile.pieces)[0])),
+        step=int(tile.grid_steps[0]),
         tile=(x, y, width, height),
-        resolution=float(plan.tiles.resolution[place]),
-        error=float(plan.tiles.error[place]),
+        resolution=float(tile.resolution[0]),
+        error=float(tile.error[0]),
         rectangle=_rectangle(record, objects, row),
     )
 

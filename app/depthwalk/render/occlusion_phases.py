@@ -2,7 +2,7 @@
 
 A renderer that remembers first draws what the last frame showed, then tests everything else against that depth, as in
 two-phase occlusion culling. Without memory, or after a jump, the first phase draws the nearest objects, and each later
-phase draws several times as many of those that pass the test (`render.culling.object_occlusion`). Far clusters
+phase draws eight times as many of those that pass the test (`render.culling.object_occlusion`). Far clusters
 (`render.draw.far_cluster_planner`) come last.
 """
 
@@ -15,7 +15,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing.modes import tile_layout
 from depthwalk.render.culling.object_occlusion import ObjectOcclusion, Occluders
-from depthwalk.render.culling.occlusion_test import FIRST_BATCH, FIRST_PHASE, growth
+from depthwalk.render.culling.occlusion_test import FIRST_BATCH, FIRST_PHASE, GROWTH
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.far_cluster_planner import FarClusterPlanner
 from depthwalk.render.draw.plan_settings import PlanSettings
@@ -29,9 +29,6 @@ from depthwalk.render.world.spatial_cells import in_sight, nearest, nearest_firs
 from depthwalk.scene.environment import GroundParams
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Array, Mask, Rows
-
-_SAMPLED = 1024  # objects of far cells that are tested, as a sample of all
-_CROWDED = 0.25  # part of the sample: if more is hidden, testing objects singly is quicker than drawing clusters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -189,7 +186,8 @@ class OcclusionPhases:
             retested = rows if from_memory else rows[:0]
             if not self._settings.culling.occlusion or not (pending or len(retested)):
                 break
-            size *= self._drop_hidden(frame, pending, retested, plan)
+            self._drop_hidden(frame, pending, retested, plan)
+            size *= GROWTH
             rows, pending.rows = np.split(pending.rows, [size])
         if len(pending.far_cells):
             yield self._plan_clusters(frame, pending.far_cells, plan)
@@ -231,24 +229,19 @@ class OcclusionPhases:
             rows = rows[in_batches[cells.cell_of_row[rows]]]
             return in_sight(view, self._world.bounds(), self._settings.culling.min_pixels, rows)
 
-    def _drop_hidden(self, frame: PhaseInputs, pending: _Pending, retested: Rows, plan: FrameDrawLists) -> int:
+    def _drop_hidden(self, frame: PhaseInputs, pending: _Pending, retested: Rows, plan: FrameDrawLists) -> None:
         """Drop hidden objects from `pending`, and open batches of cells where few objects are left.
 
         Parameters
         ----------
         retested : (k,) objects just drawn from memory; those hidden by now need not be drawn in the next frame.
         plan : of the phase just drawn; its count of hidden objects is filled in.
-
-        Returns
-        -------
-        By what factor the next phase may be larger than this one.
         """
         with self._timers.measure_cpu("occlusion"):
             drawn = self._occlusion.drawn(frame.view, frame.targets)
             hidden = (drawn.hide if pending.distance is None else drawn.hide_neighbours)(pending.rows)
             self._last_seen[retested[drawn.hide(retested)]] = False
             occluded = int(hidden.sum()) + self._drop_cells(pending, drawn)
-            self._open_crowded(pending, drawn)
             pending.rows = pending.rows[~hidden]
             if pending.distance is not None:
                 pending.rows, pending.distance = nearest_first(pending.rows, pending.distance[~hidden]), None
@@ -260,7 +253,6 @@ class OcclusionPhases:
             pending.rows = np.append(pending.rows, nearest_first(opened, distance))
             occluded += hidden_objects
         plan.note("occluded", occluded)
-        return growth(hidden)
 
     def _drop_cells(self, pending: _Pending, drawn: Occluders) -> int:
         """Drop the cells that are hidden as a whole from the `pending` batches; return how many objects that hides."""
@@ -273,14 +265,6 @@ class OcclusionPhases:
         left = [batch[~gone] for batch, gone in zip(pending.batches, np.split(hidden, ends[:-1]), strict=True)]
         pending.batches = [batch for batch in left if len(batch)]
         return cells.count_objects(tested[hidden]) - int(ahead)
-
-    def _open_crowded(self, pending: _Pending, drawn: Occluders) -> None:
-        """Turn the far cells into a batch, whose objects are tested one by one, if many of these are hidden."""
-        if len(pending.far_cells):
-            sample = self._world.cells().sample_objects(pending.far_cells, _SAMPLED)
-            if drawn.hide(sample).mean() > _CROWDED:
-                pending.batches.append(pending.far_cells)
-                pending.far_cells = pending.far_cells[:0]
 
     def _open_batch(self, view: View, batch: Rows, drawn: Occluders) -> tuple[Rows, Array, int]:
         """Return the objects of the cells `batch` (k,) that are neither drawn nor hidden, and how many are hidden.

@@ -1,7 +1,7 @@
 """Plan the shadow maps of a frame: which maps of sun and lamps it has, and what is drawn into each."""
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -130,8 +130,8 @@ class ShadowPlanner:
         uploads
             Brings what casts shadows to the GPU; objects that are not resident in time cast none in this frame.
         may_wait
-            Whether maps of the sun may be redrawn some frames later. If not, no other frame uses them, and they hold
-            only what casts a shadow on something in the view.
+            Whether maps of the sun may be redrawn some frames later. If not, a map that is new in this frame holds only
+            what casts a shadow on something in the view.
         detail
             Part of the triangles that `params` allow, above 0; less than 1 for provisional maps.
 
@@ -147,9 +147,10 @@ class ShadowPlanner:
             spots = [lamp_spot(lamps[number], params.lamp_resolution) for number in tiles]
             views: list[LightView] = [*cascades, *spots]
             moving = self._world.moving_rows() if may_wait else np.zeros(0, np.int64)
+            before = self._found.copy()
             casters = [self._casters(number, map_view, moving) for number, map_view in enumerate(views)]
             if cascades and not may_wait:
-                casters[: len(cascades)] = self._casting_on_seen(view, cascades, casters, params)
+                casters[: len(cascades)] = self._casting_on_seen(view, cascades, casters, before, params)
         with self._timers.measure_cpu("upload"):
             resident = _resident(casters, uploads)
             if len(moving):
@@ -183,11 +184,22 @@ class ShadowPlanner:
         return assign_tiles(chosen[: params.lamps], lamps, params.lamps)
 
     def _casting_on_seen(
-        self, view: View, cascades: Sequence[Cascade], casters: Sequence[_Casters], params: ShadowParams
+        self,
+        view: View,
+        cascades: Sequence[Cascade],
+        casters: Sequence[_Casters],
+        before: Mapping[int, _Casters],
+        params: ShadowParams,
     ) -> Iterator[_Casters]:
-        """Yield of the `casters` of each map of the sun those whose shadow may fall on something in the `view`."""
+        """Yield of the `casters` of each map of the sun those whose shadow may fall on something in the `view`.
+
+        Yield them all where the map was the same `before`, as in a video: then the next frames need not draw it again.
+        """
         prism = SeenPrism.of(view, cascades[0].axes, params.distance)
-        for cascade, of_map in zip(cascades, casters, strict=False):
+        for number, (cascade, of_map) in enumerate(zip(cascades, casters, strict=False)):
+            if of_map is before.get(number):
+                yield of_map
+                continue
             margin = (params.filter_width + _LIFTED) * cascade.texel
             rows = of_map.rows[prism.meets(self._world.bounds().take(of_map.rows), margin)]
             yield replace(of_map, rows=rows, assets=self._assets(rows))

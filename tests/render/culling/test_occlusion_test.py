@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from depthwalk.render.culling.occlusion_test import DepthRangeMaximum, ScreenExtents, growth, screen_extents
+from depthwalk.render.culling.occlusion_test import DepthRangeMaximum, ScreenExtents, screen_extents
 from depthwalk.render.view.bounds import Cylinders
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
@@ -71,7 +71,3 @@ def test_hidden_means_nearer_everywhere(seed: int, shape: tuple[int, int], side:
         assert behind or not found[k]
         if max(cells.shape) <= 2 * min(cells.shape):  # windows fit
             assert found[k] == behind
-
-
-def test_phases_grow_faster_where_little_is_hidden() -> None:
-    assert growth(np.array([True, False])) < growth(np.array([False, False, False, True, False]))

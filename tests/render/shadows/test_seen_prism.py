@@ -93,6 +93,21 @@ def test_pictures_are_the_same_with_fewer_casters(
     assert 0 < casters[0] < casters[1]
 
 
+def test_maps_of_a_video_are_drawn_twice_and_then_kept(gl_device: Device) -> None:
+    """First with what casts a shadow into the picture; then, since the map stays where it is, with all casters."""
+    library = ShapeLibrary([box(0.5, 3.0, 0.5, (0, 1.5, 0)), sphere(0.6, 32, 16)], resolution=64)
+    views = [View(Camera((0, 1.5, 0), (0.1 * k, 1.2, -1), 1.0), SIZE) for k in range(5)]
+    with OnScreen(gl_device, colonnade(), library, SIZE) as video:
+        drawn, pictures = [], []
+        for view in views:
+            drawn.append(video.draw(view).get("shadow_triangles", 0))
+            pictures.append(read_pixels(video.screen))
+    assert 0 < drawn[0] < drawn[1] and not any(drawn[2:])
+    with OnScreen(gl_device, colonnade(), library, SIZE) as lone:
+        lone.draw(views[-1])
+        np.testing.assert_array_equal(read_pixels(lone.screen), pictures[-1])
+
+
 def test_a_first_picture_that_somebody_waits_for_has_coarser_casters(gl_device: Device) -> None:
     """By and by they become what they should be, and then stay, though he moves on."""
     library = ShapeLibrary([sphere(1.5, 192, 96), sphere(0.6, 192, 96)], resolution=64)

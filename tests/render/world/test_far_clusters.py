@@ -5,8 +5,10 @@ import pytest
 
 from depthwalk.geometry.spatial_order import kd_tree_order
 from depthwalk.render.view.bounds import Bounds
+from depthwalk.render.view.view import View
 from depthwalk.render.world.far_clusters import MEMBERS, make_far_clusters
 from depthwalk.render.world.spatial_cells import sort_into_cells
+from depthwalk.scene.arrays import Camera
 
 
 def spheres(count: int, seed: int) -> Bounds:
@@ -78,3 +80,15 @@ def test_a_cluster_is_resident_if_all_its_members_are() -> None:
     missing = int(clusters.first_members(numbers[1:2])[0])
     assert clusters.resident(numbers, lambda rows: rows != missing).tolist() == (numbers != 1).tolist()
     assert not len(clusters.resident(numbers[:0], lambda rows: rows != missing))
+
+
+@pytest.mark.parametrize(("height", "shared"), [(-3.0, True), (0.0, False), (3.0, True)])
+def test_cells_beside_the_viewer_are_not_shared(height: float, shared: bool) -> None:
+    """At eye level objects hide each other; just above their heads, or below the ground, few do."""
+    centre = np.random.default_rng(4).uniform(-400, 400, (20_000, 3)) * (1, 0, 1)
+    bounds = Bounds(centre, np.ones(len(centre)))
+    cells = sort_into_cells(bounds)
+    clusters = make_far_clusters(cells, bounds, np.ones(len(centre), bool))
+    view = View(Camera((0.0, height, 400.0), (0.0, height, 0.0), 1.0), (640, 480))
+    far = clusters.far(view, cells, np.arange(len(cells.low)), 16.0)
+    assert (far.mean() > 0.5) if shared else not far.any()

@@ -22,8 +22,7 @@ from depthwalk.types import Array, Mask, Rows
 
 FIRST_PHASE = 64  # objects
 FIRST_BATCH = 8192  # objects tested singly; the others are tested by whole cells first
-_GROWTH = 2, 8  # factor from phase to phase: where many of the remaining objects are hidden, and where few are
-_MANY = 0.25  # part of the remaining objects that counts as many
+GROWTH = 8  # factor from phase to phase: a test costs as much as drawing some objects
 _ACROSS = 4  # windows that cover a rectangle, along each axis
 _ROUNDING = 2.0**-21  # of depths on the GPU: eight steps of a 24-bit buffer
 
@@ -46,22 +45,6 @@ class ScreenExtents:
 
 IsHidden = Callable[[Cylinders], Mask]
 """Returns which (n,) of n cylinders are hidden."""
-
-
-def growth(hidden: Mask) -> int:
-    """Return the factor by which the next phase is larger than the last.
-
-    A test costs as much as drawing some objects. Where it hides few, larger phases make tests rarer.
-
-    Parameters
-    ----------
-    hidden : (n,) which of the remaining objects the last test found to be hidden.
-
-    Returns
-    -------
-    The factor, above 1.
-    """
-    return _GROWTH[0 if not len(hidden) or hidden.mean() > _MANY else 1]
 
 
 def screen_extents(view: View, cylinders: Cylinders, margin: float) -> ScreenExtents:

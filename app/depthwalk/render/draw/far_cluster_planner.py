@@ -142,7 +142,7 @@ def _impostors(
 
     The cost of warping each is estimated from `typical`, the detail of its first member.
     """
-    bounds, half = clusters.bounds(numbers), (clusters.high[numbers] - clusters.low[numbers]) / 2
+    bounds, half = clusters.bounds(numbers), (clusters.high[numbers] - clusters.low[numbers]).astype(np.float64) / 2
     count = len(numbers)
     upright = np.broadcast_to(np.array([0, 0, 0, 1], np.float32), (count, 4))
     dpci = np.full(count, Representation.DPCI, np.uint8)

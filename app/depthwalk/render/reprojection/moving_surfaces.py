@@ -9,19 +9,25 @@ from typing import NamedTuple
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Scope
+from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program
 from depthwalk.render.image import Image
 from depthwalk.render.reprojection.cell_size import CELL
 from depthwalk.render.view.view import View
 from depthwalk.render.world.moving_objects import MovingObjects
-from depthwalk.types import Array
 
 BASE = 0.003  # part of a cylinder's height, at its lower end, that counts as what the object stands on
 GROWN = 1.01  # factor of a cylinder: depths are rounded, and simplified levels reach farther than the object
-RECORD = 4  # texels for each object
-COLUMNS = 256  # objects in a row of the texture that holds them
+
+MOVING_RECORD = np.dtype([("centre", "4f4"), ("axis", "4f4"), ("velocity", "4f4"), ("turn", "4f4")])
+"""What the shader is given of a moving object, in the axes of the picture's camera.
+
+Fields: centre, metres, and half the height; unit axis and radius; the velocity at the camera, m/s, with its linear
+growth, 1/s; and the rate of turn, radians per second.
+"""
 
 
 class MovingImages(NamedTuple):
@@ -51,7 +57,7 @@ class MovingSurfaces:
         self._gl = gl
         self._velocity = Program(gl, "reprojection/velocity.vert", "reprojection/velocity.frag")
         self._nearest = Program(gl, "common/fullscreen.vert", "reprojection/moving_nearest.frag")
-        self._records: moderngl.Texture | None = None
+        self._records = RecordTexture(gl, MOVING_RECORD)
 
     def make(self, size: tuple[int, int]) -> MovingImages:
         """Create the images for pictures of `size` (width, height), pixels."""
@@ -77,7 +83,8 @@ class MovingSurfaces:
         images.velocities.framebuffer.clear()
         count = len(moving.velocity)
         if count:
-            self._upload(records(moving, view)).use(1)
+            self._records.upload(records(moving, view))
+            self._records.use(1)
             self._velocity.set(distances=0, objects=1, half_extent=view.half_extent)
             with self._gl.state(into=images.velocities.framebuffer):
                 self._velocity.rectangles(count)
@@ -86,36 +93,17 @@ class MovingSurfaces:
         with self._gl.state(into=images.nearest.framebuffer):
             self._nearest.fill()
 
-    def _upload(self, data: Array) -> moderngl.Texture:
-        """Return a texture that holds the records (n, RECORD, 4) of objects, `COLUMNS` in a row."""
-        rows = -(-len(data) // COLUMNS)
-        size = RECORD * COLUMNS, rows
-        if self._records is None or self._records.size != size:
-            if self._records is not None:
-                self._gl.free(self._records)
-            self._records = self._gl.texture(size, 4, "f4")
-        whole = np.zeros((rows * COLUMNS, RECORD, 4), np.float32)
-        whole[: len(data)] = data
-        self._records.write(whole)
-        return self._records
 
-
-def records(moving: MovingObjects, view: View) -> Array:
-    """Return what the shader is given of n moving objects, in the axes of the camera of `view`.
-
-    Returns
-    -------
-    (n, RECORD, 4): centre, metres, and half the height; unit axis and radius; the velocity at the camera, m/s, with its
-    linear growth, 1/s; and the rate of turn, radians per second.
-    """
+def records(moving: MovingObjects, view: View) -> NDArray[np.void]:
+    """Return the n MOVING_RECORDs of moving objects, in the axes of the camera of `view`."""
     axes, eye = view.axes, view.position
     shape, growth = moving.cylinders, moving.growth[:, None]
     # The velocity of a rigid body at the camera's place: at any other point p, ω × p and the growth times p are added.
     there = moving.velocity + np.cross(moving.turn, eye - moving.pivot) + growth * (eye - moving.pivot)
-    data = np.zeros((len(there), RECORD, 4))
-    data[:, 0, :3], data[:, 0, 3] = (shape.centre - eye) @ axes.T, shape.half_height
-    data[:, 1, :3], data[:, 1, 3] = shape.axis @ axes.T, shape.radius
-    data[:, 2, :3], data[:, 2, 3] = there @ axes.T, moving.growth
+    data = np.zeros(len(there), MOVING_RECORD)
+    data["centre"] = np.column_stack([(shape.centre - eye) @ axes.T, shape.half_height])
+    data["axis"] = np.column_stack([shape.axis @ axes.T, shape.radius])
+    data["velocity"] = np.column_stack([there @ axes.T, moving.growth])
     # Right, up and ahead are left-handed: a cross product there has the opposite sign.
-    data[:, 3, :3] = -(moving.turn @ axes.T)
+    data["turn"][:, :3] = -(moving.turn @ axes.T)
     return data

@@ -20,7 +20,6 @@ from depthwalk.render.world.spatial_cells import SpatialCells, enclosing_boxes
 from depthwalk.types import Ints, Mask, Rows
 
 MEMBERS = 1 << 16 - IMAGE_BITS  # at most: a texel of the atlas holds the member in the bits that its image leaves
-_STEEP = 0.1  # least height above or below a cell by distance; at lower angles most of its objects hide each other
 _FAR = 4.0  # least distance, in half diagonals of a cell: parallax within a cluster is then an eighth of its own
 
 
@@ -55,9 +54,9 @@ class FarClusters:
     def far(self, view: View, cells: SpatialCells, numbers: Rows, pixels: float) -> Mask:
         """Return which cells may be drawn by clusters.
 
-        Such cells are far away for their size, and no object in them is `pixels` pixels across. The viewer looks down
-        or up at them so steeply that few of their objects hide each other; otherwise it is cheaper to test the objects
-        one by one.
+        Such cells are far away for their size, and no object in them is `pixels` pixels across. They lie entirely below
+        or above the viewer: at eye level most of their objects hide each other, so that it is cheaper to test these one
+        by one.
 
         Parameters
         ----------
@@ -75,8 +74,8 @@ class FarClusters:
         apart = np.maximum(np.abs(middle) - half, 0)
         gap = np.linalg.norm(apart, axis=1)
         small = 2 * view.detail_pixels * cells.largest[numbers] < pixels * gap
-        steep = apart[:, 1] > _STEEP * gap
-        return np.asarray(self.able[numbers] & small & steep & (gap > _FAR * np.linalg.norm(half, axis=1)))
+        beside = apart[:, 1] == 0
+        return np.asarray(self.able[numbers] & small & ~beside & (gap > _FAR * np.linalg.norm(half, axis=1)))
 
     def visible(self, view: View, cells: Rows) -> Rows:
         """Return the clusters that the view may show.

@@ -83,21 +83,6 @@ class SpatialCells:
         """Return how many objects the cells with the numbers `cells` (k,) have together."""
         return int((self.first[cells + 1] - self.first[cells]).sum())
 
-    def sample_objects(self, cells: Rows, count: int) -> Rows:
-        """Return an even sample of the objects of `cells`.
-
-        Parameters
-        ----------
-        cells : (k,) numbers of the cells.
-        count : how many objects to return, about; where the cells have fewer, all are returned.
-
-        Returns
-        -------
-        (m,) rows of the objects.
-        """
-        rows = cell_members(self.first, cells)
-        return self.order[rows[:: max(1, len(rows) // count)]]
-
     def along(self, view: View, cells: Rows) -> tuple[Array, Array]:
         """Return where cells lie along the view axis.
 
