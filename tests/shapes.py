@@ -4,7 +4,7 @@ import hashlib
 import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Literal, NoReturn, TypedDict, TypeVar, Unpack, cast, overload
@@ -229,9 +229,12 @@ _recent: dict[object, tuple[CookedObject, ...]] = {}  # what was found in the ca
 
 
 def _found(cook: Callable[[], tuple[CookedObject, ...]], key: str, options: CookOptions) -> tuple[CookedObject, ...]:
-    """What `cook` finds in the cache of the test, which it is not asked for once more while it is among the latest."""
+    """What `cook` finds in the cache of the test, which is read once while it is among the latest."""
     place = key, options, cache_folder()
-    _recent[place] = _recent.pop(place) if place in _recent else cook()
+    if place in _recent:
+        _recent[place] = _recent.pop(place)
+    else:
+        _recent[place] = tuple(replace(cooked, load=cache(cooked.load)) for cooked in cook())
     if len(_recent) > 24:
         del _recent[next(iter(_recent))]
     return _recent[place]
