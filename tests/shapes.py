@@ -4,7 +4,7 @@ import hashlib
 import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Literal, NoReturn, TypedDict, TypeVar, Unpack, cast, overload
@@ -23,6 +23,7 @@ from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import BakeParams, ModelParams
 from depthwalk.bake.parts import bake_model, submesh
+from depthwalk.cache import cache_folder
 from depthwalk.cook.cluster_builder import build_clusters
 from depthwalk.cook.cook import CookedObject, CookOptions
 from depthwalk.cook.mesh_clusters import MeshClusters
@@ -224,6 +225,21 @@ def cache_key(model: BakedModel | None, cooked_as: str = "") -> str:
     return hashlib.sha256(pickle.dumps(model) + cooked_as.encode()).hexdigest()
 
 
+_recent: dict[object, tuple[CookedObject, ...]] = {}  # what was found in the cache last, the latest at the end
+
+
+def _found(cook: Callable[[], tuple[CookedObject, ...]], key: str, options: CookOptions) -> tuple[CookedObject, ...]:
+    """What `cook` finds in the cache of the test, which is read once while it is among the latest."""
+    place = key, options, cache_folder()
+    if place in _recent:
+        _recent[place] = _recent.pop(place)
+    else:
+        _recent[place] = tuple(replace(cooked, load=cache(cooked.load)) for cooked in cook())
+    if len(_recent) > 24:
+        del _recent[next(iter(_recent))]
+    return _recent[place]
+
+
 class ShapeLibrary:
     """Meshes and their depth images by number; either may be None.
 
@@ -279,8 +295,10 @@ class ShapeLibrary:
         def cook() -> tuple[CookedObject, ...]:
             return cooked_objects(lambda: self.key(asset), lambda: self.baked(asset), options, again=again)
 
-        if again or self.key(asset) or self._cooked is None:
+        if again or self._cooked is None:
             return cook()
+        if key := self.key(asset):
+            return _found(cook, key, options)
         if (asset, options) not in self._cooked:  # no file holds it: with a relief
             self._cooked[asset, options] = cook()
         return self._cooked[asset, options]

@@ -128,8 +128,9 @@ step, app.Walk.step = app.Walk.step, watched_step
 app.Device, app.LoadingScreen = WatchedDevice, WatchedScreen
 on_files_dropped, app.on_files_dropped = app.on_files_dropped, drop_by_signal
 scene = load_scene(sys.argv[1])
-quick = {"assets.model.dpci.resolution": "64"}
-read = lambda files: load_files(files, overrides=quick if files[0].suffix == ".ply" and len(files) == 1 else {})
+models = lambda files: ["model"] if len(files) == 1 else [file.stem for file in files]
+quick = lambda files: {f"assets.{name}.dpci.resolution": "64" for name in models(files)}
+read = lambda files: load_files(files, overrides=quick(files) if files[0].suffix in (".ply", ".obj") else {})
 watched = lambda scene: [scene.path] if scene.path.name == "watched.yaml" else []
 walk.run(scene, SceneLibrary(scene.assets), walk.WalkOptions(read=read, watched=watched), size=(480, 360))
 tell(live=[device.live for device in devices])

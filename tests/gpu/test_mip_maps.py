@@ -43,7 +43,7 @@ def test_the_gpu_has_them(gl_device: Device, components: int, dtype: type) -> No
         "#version 330\nvoid main() { gl_Position = vec4(gl_VertexID % 2 * 4 - 1, gl_VertexID / 2 * 4 - 1, 0, 1); }",
         "#version 330\nuniform sampler2D image; out vec4 c;\n"
         "void main() { c = textureLod(image, gl_FragCoord.xy / vec2(5, 3), 7.0); }",
-    )
+    ).gl
     texture.use(0)
     with scope.state(into=scope.framebuffer([output])):
         scope.vertex_array(program, []).render(moderngl.TRIANGLES, vertices=3)
@@ -82,7 +82,7 @@ def test_the_gpu_averages_light_of_srgb(gl_device: Device, shape: tuple[int, int
     program = scope.program(
         "#version 330\nvoid main() { gl_Position = vec4(gl_VertexID % 2 * 4 - 1, gl_VertexID / 2 * 4 - 1, 0, 1); }",
         "#version 330\nuniform sampler2D image; out vec4 c;\nvoid main() { c = textureLod(image, vec2(0.5), 9.0); }",
-    )
+    ).gl
     texture.use(0)
     with scope.state(into=scope.framebuffer([output])):
         scope.vertex_array(program, []).render(moderngl.TRIANGLES, vertices=3)

@@ -13,12 +13,30 @@ from depthwalk.gpu.shader_source import ShaderSource
 def test_a_file_is_included_once_and_lines_keep_their_numbers(shaders: Callable[..., Path]) -> None:
     shaders(a='#include "b.glsl"\n#include "b.glsl"\nfloat a;\n', b="float b;\n")
     source = ShaderSource("a.glsl", "#define X 1\n")
-    assert source.files == ["a.glsl", "b.glsl"]
+    assert source.files == ("a.glsl", "b.glsl")
     assert source.text.startswith("#version 330 core\n#define X 1\n#line 1 0\n")
     assert source.text.count("float b;") == 1
     lines = source.text.splitlines()
     assert lines[lines.index("float b;") - 1] == "#line 100001 1"
     assert lines[lines.index("float a;") - 2] == "#line 2 0"  # then the second include, an empty line
+
+
+def test_what_was_assembled_before_is_read_again_once_a_file_or_a_constant_has_changed(
+    shaders: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("depthwalk.colour.PLANTED", 1.5, raising=False)
+    shaders(a='#include "b.glsl"\nuniform float a;\n', b="#from depthwalk.colour import PLANTED\n", c="float c;\n")
+    first, variant = ShaderSource("a.glsl"), ShaderSource("a.glsl", "uniform int own;\n", ["c.glsl"])
+    assert "#define PLANTED 1.5\n" in first.text and first.uniforms == {"a"}
+    assert variant.uniforms == {"a", "own"} and variant.files == ("c.glsl", "a.glsl", "b.glsl")
+    monkeypatch.setattr("depthwalk.colour.PLANTED", 2.5)
+    assert ShaderSource("a.glsl").text == first.text.replace("1.5", "2.5")
+    shaders(b="uniform float included;\n")
+    assert ShaderSource("a.glsl").uniforms == {"a", "included"}
+    monkeypatch.delattr("depthwalk.colour.PLANTED")
+    shaders(b="#from depthwalk.colour import PLANTED\n")
+    with pytest.raises(GpuError, match=r"^shaders/b\.glsl:1: "):
+        ShaderSource("a.glsl")
 
 
 def test_messages_of_compilers_name_files(shaders: Callable[..., Path]) -> None:

@@ -18,7 +18,7 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import GroundParams
 from shapes import ShapeLibrary, box, scene_of, sphere, two_halves
-from stage import SIZE, OnScreen, view_of
+from stage import SIZE, OnScreen, set_all, view_of
 
 CRATE, BALL = 0, 1
 AHEAD = (0.0, 0.0, 0.0)
@@ -144,6 +144,7 @@ def test_what_is_hidden_is_not_drawn_nor_what_is_out_of_sight(gl_device: Device,
 @pytest.mark.parametrize("kind", [Representation.DMESH, Representation.OCTAHEDRAL, Representation.BILLBOARD])
 def test_other_representations_are_told(gl_device: Device, library: ShapeLibrary, kind: Representation) -> None:
     with Stage(gl_device, library, (CRATE, AHEAD, 0.0, 1.0), representation=kind) as stage:
+        set_all(stage.scene.render, {"octahedral.views": 4, "octahedral.resolution": 32, "billboard.resolution": 32})
         stage.draw(view_of((0.0, 1.0, 9.0)))
         report = stage.report(0)
         assert report.other is kind and not report.impostors and report.mesh is None and not report.clustered

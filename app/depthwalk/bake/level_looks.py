@@ -7,6 +7,7 @@ and so less aliasing.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,8 @@ LOOKS_WRONG = 8.0
 _MOST_SAMPLES = 100_000  # of a mesh: eight per vertex for a level of 25,000 triangles
 _SAMPLES_PER_TRIANGLE = 8
 STAYS = 0.05  # weight of a vertex's initial normal and colour, where a sample has 1: for vertices with few samples
+# How a `cKDTree` of samples spread evenly is built: in half the time, and hardly slower to search.
+OF_SAMPLES: Final[dict[str, Any]] = {"leafsize": 32, "compact_nodes": False, "balanced_tree": False}
 SHORT = 0.1  # length below which a fitted normal is meaningless, as where both sides of a leaf are merged
 
 
@@ -136,7 +139,8 @@ def _nearest_points(
     normals, areas = face_normals(corners)
     found = zip(*sample_batches(corners, areas, len(samples.place)), strict=True)
     points, owner = (np.concatenate(parts) for parts in found)
-    away, nearest = cKDTree(chart_places(points, chart[level.faces[owner, 0]], apart)).query(samples.place)
+    places = chart_places(points, chart[level.faces[owner, 0]], apart)
+    away, nearest = cKDTree(places, **OF_SAMPLES).query(samples.place)
     triangle = owner[nearest]
     same_side = np.einsum("ij,ij->i", normals[triangle], samples.facing) > 0
     used = np.flatnonzero(same_side & (away < apart / 2))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.level_looks import LOOKS_WRONG, chart_places, fitted_looks, sample_looks
+from depthwalk.bake.level_looks import LOOKS_WRONG, OF_SAMPLES, chart_places, fitted_looks, sample_looks
 from depthwalk.bake.params import FEWEST, RATIOS
 from depthwalk.bake.sampling import sample_surface
 from depthwalk.geometry.triangles import face_normals, row_ids, sample_triangles
@@ -73,7 +73,7 @@ def _distance(points: Array, corners: Array) -> float:
     from scipy.spatial import cKDTree
 
     middle, normal = sample_triangles(corners, _DISCS)
-    away, nearest = cKDTree(middle).query(points)
+    away, nearest = cKDTree(middle, **OF_SAMPLES).query(points)
     above = np.einsum("ij,ij->i", points - middle[nearest], normal[nearest])
     beside = np.sqrt(np.maximum(away**2 - above**2, 0))
     radius = 2 * np.sqrt(face_normals(corners)[1].sum() / _DISCS)

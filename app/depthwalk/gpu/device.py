@@ -8,9 +8,10 @@ moderngl does not free GL objects automatically, and hides failed allocations. S
 
 import logging
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Unpack
 from weakref import WeakSet
 
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.gpu.failures import AddressOf, GpuError, check_reset, never_reset, reset_status
+from depthwalk.gpu.linked_programs import LinkedProgram, LinkedPrograms
 from depthwalk.gpu.state import Changes, StateKeeper
 from depthwalk.gpu.textures import TextureLimits, TextureMaker
 
@@ -38,6 +40,8 @@ class Device:
         The moderngl context. Whoever created the device releases it last.
     live
         Number of existing objects, by kind.
+    programs
+        Links programs, and keeps those that no scope uses any more; `Scope.program` calls it.
     state
         Sets GL state and remembers it; `Scope.state` calls it.
     renderer
@@ -63,6 +67,7 @@ class Device:
         self._status = never_reset if address_of is None else reset_status(context, address_of)
         self._scopes: WeakSet[Scope] = WeakSet()
         self.live: Counter[str] = Counter()
+        self.programs = LinkedPrograms(context)
         self.shaders: Path | None = None
         self.state = StateKeeper(context)
         self.renderer: str = context.info["GL_RENDERER"]
@@ -98,6 +103,7 @@ class Device:
         """Release everything in all scopes, after a failure that may have left their owners half finished."""
         for scope in list(self._scopes):
             scope.release()
+        self.programs.clear()
 
 
 def _max_samples(context: moderngl.Context) -> int:
@@ -189,23 +195,23 @@ class Scope(TextureMaker):
             self._check("buffer", data.nbytes)
         buffer.write(np.ascontiguousarray(data))
 
-    def program(self, vertex: str, fragment: str) -> moderngl.Program:
-        """Compile, link and return a program.
+    def program(self, vertex: str, fragment: str, blocks: Mapping[str, int] = MappingProxyType({})) -> LinkedProgram:
+        """Return a linked program of this scope's own; one that another scope has released is used again.
 
         Parameters
         ----------
         vertex, fragment
             The text of its two shaders; `gpu.shader_source` has resolved `#include` and `#from`.
+        blocks
+            Binding points of uniform blocks by their names; those that are not named are bound to point 0.
 
         Raises
         ------
         moderngl.Error
             Where the compiler refuses the shaders; the message is its log.
         """
-        make = self.device.context.program
-        program: moderngl.Program = self._make(
-            "program", None, lambda: make(vertex_shader=vertex, fragment_shader=fragment)
-        )
+        make = self.device.programs.linked
+        program: LinkedProgram = self._make("program", None, lambda: make(vertex, fragment, blocks))
         return program
 
     def vertex_array(self, program: moderngl.Program, content: list[Any], **options: Any) -> moderngl.VertexArray:

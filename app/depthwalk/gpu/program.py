@@ -10,6 +10,7 @@ import moderngl
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.failures import GpuError
+from depthwalk.gpu.linked_programs import LinkedProgram
 from depthwalk.gpu.shader_source import ShaderSource
 
 T = TypeVar("T")
@@ -69,29 +70,28 @@ class Program:
         self._preamble = _PREAMBLE + defined + _PER_SAMPLE
         self._scope = scope
         self._files, self._includes, self._blocks = (vertex, fragment), tuple(includes), blocks
-        self._held: dict[str, Any] = {}  # the values of uniforms that were set, by their names
         if any(isinstance(file, Path) for file in (vertex, fragment, *self._includes)):
             _ = self.gl
 
-    @cached_property
+    @property
     def gl(self) -> moderngl.Program:
         """Return moderngl's program, for vertex arrays; the first call compiles and links it.
 
         Raises GpuError, with file and line, where there is no such shader or it does not compile.
         """
+        return self._linked.gl
+
+    @cached_property
+    def _linked(self) -> LinkedProgram:
+        """Return the linked program; raises as `gl` does."""
         vertex, fragment = self._files
         stages = self._stages
         try:
-            program = self._scope.program(stages[0].text, stages[1].text)
+            return self._scope.program(stages[0].text, stages[1].text, self._blocks)
         except moderngl.Error as error:
             message = str(error)
             stage = stages["vertex_shader" not in message]
             raise GpuError(f"{vertex} + {fragment}: {stage.locate(message)}") from error
-        for name, binding in self._blocks.items():
-            block: Any = program.get(name, None)
-            if block is not None:
-                block.binding = binding
-        return program
 
     @cached_property
     def _stages(self) -> tuple[ShaderSource, ShaderSource]:
@@ -100,12 +100,6 @@ class Program:
         root = self._scope.device.shaders
         source = ShaderSource(fragment, self._preamble, self._includes, root)
         return ShaderSource(vertex, self._preamble, (), root), source
-
-    @cached_property
-    def _uniforms(self) -> dict[str, Any]:
-        """Return moderngl's uniforms that the compiler kept, by name; the first call compiles the program."""
-        members: dict[str, Any] = {name: self.gl[name] for name in self.gl}
-        return {name: member for name, member in members.items() if isinstance(member, moderngl.Uniform)}
 
     @cached_property
     def _declared(self) -> frozenset[str]:
@@ -129,7 +123,7 @@ class Program:
         KeyError
             For a name that no source declares.
         """
-        held, uniforms = self._held, self._uniforms
+        held, uniforms = self._linked.held, self._linked.uniforms
         for name, value in values.items():
             if held.get(name, _NEVER_SET) == value:
                 continue
@@ -150,12 +144,13 @@ class Program:
         This is for sets of values that are used in turn, such as those of each asset.
         """
         self.set(**values)
-        uniforms = ((name, self._uniforms[name]) for name in values if name in self._uniforms)
+        kept = self._linked.uniforms
+        uniforms = ((name, kept[name]) for name in values if name in kept)
         return [(name, uniform.write, uniform.read()) for name, uniform in uniforms]
 
     def use(self, packed: Packed) -> None:
         """Set the uniforms that `packed` returned for this program."""
-        held = self._held
+        held = self._linked.held
         for name, write, data in packed:
             if held.get(name) != data:
                 write(data)

@@ -21,12 +21,15 @@ mistake, from a misspelt line to a constant that does not exist, is a GpuError t
 line.
 """
 
+import os
 import re
 from collections.abc import Iterable
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property, lru_cache
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
@@ -40,6 +43,8 @@ _FROM_REST = re.compile(rf"\s+(?P<module>\w+(?:\.\w+)*)\s+import\s+(?P<names>{_I
 _UNIFORM = re.compile(r"^\s*uniform\s+\w+\s+(\w+)", re.MULTILINE)
 _OWN_PACKAGE = "depthwalk"
 _TEXEL_BYTES = 16  # of four floats
+_MOST_BODIES = 512  # texts that are kept, some MB; all shaders of the package have a fifth as many
+_GONE = object()
 # More lines than a file has: line 7 of file 3 is reported as line 300007, as Mesa may lose the number of the file.
 _LINES = 100_000
 _LOCATION = re.compile(r"\b(\d+)[:(](\d+)\)?")  # source:line of Mesa, source(line) of NVIDIA
@@ -77,39 +82,16 @@ class ShaderSource:
         GpuError
             For a file, module or constant that does not exist, and for a `#from` line that cannot be understood.
         """
-        self.files: list[str | Path] = []
-        self._root = root or shader_root()
-        texts = [self._expand(file) for file in (*includes, name) if file not in self.files]
-        self.text = f"#version 330 core\n{preamble}{''.join(texts)}"
-
-    def _expand(self, name: str | Path) -> str:
-        """Return the text of a file with its `#include` and `#from` lines resolved, and add it to `files`."""
-        path = self._root / name if isinstance(name, str) else name
-        try:
-            state = path.stat()
-        except FileNotFoundError:
-            raise GpuError(f"{_shown(name)}: no such shader") from None
-        number = len(self.files)
-        self.files.append(name)
-        out = [_line(number, 1)]
-        for index, text, match in _parsed(path, state.st_mtime_ns, state.st_size):
-            if match is None:
-                out.append(text)
-            elif match.re is _FROM:
-                try:
-                    out += [*_constant_defines(match["rest"], isinstance(name, str)), _line(number, index + 1)]
-                except (ImportError, AttributeError, TypeError, SyntaxError) as error:
-                    raise GpuError(f"{_shown(name)}:{index}: {error}") from None
-            elif (included := _included(name, match[1])) not in self.files:
-                out += [self._expand(included), _line(number, index + 1)]
-            else:
-                out.append("")
-        return "\n".join(out) + "\n"
+        includes = tuple(includes)
+        body = _body(root or shader_root(), includes, name)
+        self._body, self._preamble = body, preamble
+        self.files: tuple[str | Path, ...] = body.files
+        self.text = f"#version 330 core\n{preamble}{body.text}"
 
     @cached_property
     def uniforms(self) -> frozenset[str]:
         """Return the names of all uniforms that the text declares."""
-        return frozenset(_UNIFORM.findall(self.text))
+        return self._body.uniforms | frozenset(_UNIFORM.findall(self._preamble))
 
     def locate(self, message: str) -> str:
         """Return the compiler's `message` with `shaders/file:line` in place of file numbers."""
@@ -121,16 +103,112 @@ class ShaderSource:
         return _LOCATION.sub(name, message)
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Body:
+    """Hold what stands after the preamble of a shader, and what it was made from.
+
+    files: as in `ShaderSource`; states: path, time of the last change in ns and size in bytes of each file; constants:
+    module, name and value of each constant.
+    """
+
+    text: str
+    files: tuple[str | Path, ...]
+    states: tuple[tuple[str, int, int], ...]
+    constants: tuple[tuple[ModuleType, str, object], ...]
+
+    @cached_property
+    def uniforms(self) -> frozenset[str]:
+        """Return the names of all uniforms that the text declares."""
+        return frozenset(_UNIFORM.findall(self.text))
+
+    @property
+    def is_current(self) -> bool:
+        """Return whether the files and the constants are still the same."""
+        return all(getattr(module, name, _GONE) is value for module, name, value in self.constants) and all(
+            _state(path) == (path, *state) for path, *state in self.states
+        )
+
+
+_bodies: dict[tuple[Path, tuple[str | Path, ...], str | Path], _Body] = {}
+
+
+def _body(root: Path, includes: tuple[str | Path, ...], name: str | Path) -> _Body:
+    """Return what stands after the preamble of a shader; the parameters are those of `ShaderSource`.
+
+    Variants of a program differ in their preambles only, and each renderer asks for the same programs. So it is kept,
+    unless a user's file takes part: which file that includes may depend on what lies beside it.
+    """
+    key = root, includes, name
+    body = _bodies.get(key)
+    if body is None or not body.is_current:
+        body = _Assembly(root).assembled((*includes, name))
+        if not any(isinstance(file, Path) for file in body.files):
+            if len(_bodies) >= _MOST_BODIES:
+                _bodies.clear()
+            _bodies[key] = body
+    return body
+
+
+class _Assembly:
+    """Assemble the text of a shader below a `root`, noting what it is made from, see `_Body`."""
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self._files: list[str | Path] = []
+        self._states: list[tuple[str, int, int]] = []
+        self._constants: list[tuple[ModuleType, str, object]] = []
+
+    def assembled(self, names: tuple[str | Path, ...]) -> _Body:
+        """Return the texts of several files, one after the other, each once."""
+        texts = [self._expand(file) for file in names if file not in self._files]
+        states, constants = tuple(self._states), tuple(self._constants)
+        return _Body(text="".join(texts), files=tuple(self._files), states=states, constants=constants)
+
+    def _expand(self, name: str | Path) -> str:
+        """Return the text of a file with its `#include` and `#from` lines resolved, and note what it is made from."""
+        path = self._root / name if isinstance(name, str) else name
+        try:
+            state = _state(str(path))
+        except FileNotFoundError:
+            raise GpuError(f"{_shown(name)}: no such shader") from None
+        number = len(self._files)
+        self._files.append(name)
+        self._states.append(state)
+        out = [_line(number, 1)]
+        for index, text, match in _parsed(*state):
+            if match is None:
+                out.append(text)
+            elif match.re is _FROM:
+                try:
+                    constants = _constants(match["rest"], isinstance(name, str))
+                    for module, constant, other in constants:
+                        value = getattr(module, constant)
+                        self._constants.append((module, constant, value))
+                        out += _defines(other, value)
+                    out.append(_line(number, index + 1))
+                except (ImportError, AttributeError, TypeError, SyntaxError) as error:
+                    raise GpuError(f"{_shown(name)}:{index}: {error}") from None
+            elif (included := _included(name, match[1])) not in self._files:
+                out += [self._expand(included), _line(number, index + 1)]
+            else:
+                out.append("")
+        return "\n".join(out) + "\n"
+
+
+def _state(path: str) -> tuple[str, int, int]:
+    """Return a path with what tells states of its file apart: the time of the last change, ns, and the size, bytes."""
+    state = os.stat(path)
+    return path, state.st_mtime_ns, state.st_size
+
+
 @lru_cache(maxsize=1024)
-def _parsed(path: Path, changed: int, size: int) -> tuple[tuple[int, str, re.Match[str] | None], ...]:
+def _parsed(path: str, changed: int, size: int) -> tuple[tuple[int, str, re.Match[str] | None], ...]:
     """Read a file, once for each state of it: dozens of programs include the same ones.
 
     Parameters
     ----------
-    path
-        The file.
-    changed, size
-        When it was changed last, and how many bytes it has, which tell its states apart.
+    path, changed, size
+        Its state, see `_state`.
 
     Returns
     -------
@@ -140,7 +218,7 @@ def _parsed(path: Path, changed: int, size: int) -> tuple[tuple[int, str, re.Mat
     """
     found: list[tuple[int, str, re.Match[str] | None]] = []
     plain: list[str] = []
-    for index, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+    for index, line in enumerate(Path(path).read_text(encoding="utf-8").splitlines(), start=1):
         match = (_FROM.match(line) or _INCLUDE.match(line)) if "#" in line else None
         if match is None:
             plain.append(line)
@@ -157,8 +235,8 @@ def _line(number: int, line: int) -> str:
     return f"#line {number * _LINES + line} {number}"
 
 
-def _constant_defines(line: str, own_shader: bool) -> list[str]:
-    """Return the `#define` lines that replace a `#from` line.
+def _constants(line: str, own_shader: bool) -> list[tuple[ModuleType, str, str]]:
+    """Return the constants that a `#from` line names: the module of each, its name there and its name in the shader.
 
     Parameters
     ----------
@@ -173,8 +251,6 @@ def _constant_defines(line: str, own_shader: bool) -> list[str]:
         Where the line cannot be understood.
     ImportError
         Where there is no such module, or this shader may not name it.
-    AttributeError, TypeError
-        Where the module has no such constant, or one that GLSL cannot express.
     """
     match = _FROM_REST.fullmatch(line)
     if match is None:
@@ -183,20 +259,20 @@ def _constant_defines(line: str, own_shader: bool) -> list[str]:
         raise ImportError(
             f"module {match['module']!r} is not of {_OWN_PACKAGE}, whose shaders take constants of its own"
         )
-    module, lines = import_module(match["module"]), []
-    for item in match["names"].split(","):
-        name, _, other = (part.strip() for part in item.partition(" as "))
-        value = getattr(module, name)
-        if isinstance(value, np.dtype):
-            prefix = other or name
-            lines.append(f"#define {prefix}_TEXELS {value.itemsize // _TEXEL_BYTES}")
-            fields = (value.fields or {}).items()
-            lines += [f"#define {prefix}_{field.upper()} {info[1] // _TEXEL_BYTES}" for field, info in fields]
-        elif isinstance(value, type) and issubclass(value, IntEnum):
-            lines += [f"#define {(other or name).upper()}_{member.name} {_glsl(member.value)}" for member in value]
-        else:
-            lines.append(f"#define {other or name} {_glsl(value)}")
-    return lines
+    module = import_module(match["module"])
+    parts = (item.partition(" as ") for item in match["names"].split(","))
+    return [(module, name.strip(), (other or name).strip()) for name, _, other in parts]
+
+
+def _defines(name: str, value: object) -> list[str]:
+    """Return the `#define` lines for a constant by its name in the shader; raises TypeError as `_glsl` does."""
+    if isinstance(value, np.dtype):
+        fields = (value.fields or {}).items()
+        offsets = [f"#define {name}_{field.upper()} {info[1] // _TEXEL_BYTES}" for field, info in fields]
+        return [f"#define {name}_TEXELS {value.itemsize // _TEXEL_BYTES}", *offsets]
+    if isinstance(value, type) and issubclass(value, IntEnum):
+        return [f"#define {name.upper()}_{member.name} {_glsl(member.value)}" for member in value]
+    return [f"#define {name} {_glsl(value)}"]
 
 
 def _glsl(value: object) -> str:

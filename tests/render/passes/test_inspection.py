@@ -104,6 +104,7 @@ def test_a_ball_shows_how_it_is_drawn(library: ShapeLibrary, how: Representation
     inside[1:-1, 1:-1] &= inside[:-2, 1:-1] & inside[2:, 1:-1] & inside[1:-1, :-2] & inside[1:-1, 2:]
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=how, ground=GroundParams(height=-0.5))
     scene.render.aa, scene.render.lod.bias = "none", 1.0
+    scene.render.octahedral.resolution = 96
     scene.render.output.exposure, scene.render.output.tone_mapping = 1.5, "aces"  # of light: these colours are none
     scene.render.inspection = InspectionParams.model_validate({"show": show})
     with HeadlessRenderer(scene, library, SIZE) as headless:
