@@ -70,7 +70,7 @@ class ShadowParams(Params):
         le=100,
     )
     triangles_per_texel: float = param(
-        10.0,
+        5.0,
         "Most triangles of an object per texel that it covers in a shadow map; a quarter of this in each map after the "
         "first. Finer grids are replaced by coarser ones",
         ge=0.01,

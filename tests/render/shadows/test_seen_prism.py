@@ -126,3 +126,24 @@ def test_a_first_picture_that_somebody_waits_for_has_coarser_casters(gl_device: 
         assert 1 <= len(sizes) <= 3 and sizes == sorted(sizes) and sum(sizes) > 1.5 * drawn
         assert stage.counts["shadow_maps_waiting"] == 0 and not finer[-1]
         assert stage.draw(View(Camera((0, 1.5, 0), (0.2, 1.2, 1), 1.0), SIZE))["shadow_maps"] == 0  # having turned
+
+
+def test_a_map_that_may_wait_is_drawn_over_several_frames(gl_device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Frames that follow each other take equally long, and in the end show what they show with the maps drawn at once."""
+    library = ShapeLibrary([sphere(1.5, 192, 96), sphere(0.6, 192, 96)], resolution=64)
+    views = [View(Camera((0.6 * k, 1.5, 0), (0.6 * k, 1.2, -1), 1.0), SIZE) for k in range(8)]
+    drawn, pictures = [], []
+    for most in (10**9, 1):
+        monkeypatch.setattr("depthwalk.render.renderer._SHADOW_TRIANGLES", most)
+        monkeypatch.setattr("depthwalk.render.passes.shadows.PART_TRIANGLES", 2000)
+        with OnScreen(gl_device, colonnade(), library, SIZE) as stage:
+            stage.renderer.remembers = True
+            drawn.append([stage.draw(view) for view in (*views, *[views[-1]] * 40)])
+            pictures.append(read_pixels(stage.screen))
+    at_once, spread = drawn
+    np.testing.assert_array_equal(pictures[0], pictures[1])
+    assert sum(counts["shadow_maps_waiting"] for counts in spread) > 3 * sum(
+        counts["shadow_maps_waiting"] for counts in at_once
+    )
+    assert spread[-1]["shadow_maps_waiting"] == 0
+    assert any(counts.get("shadow_maps") for counts in at_once[1:])
