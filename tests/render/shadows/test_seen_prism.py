@@ -129,7 +129,7 @@ def test_a_first_picture_that_somebody_waits_for_has_coarser_casters(gl_device: 
 
 
 def test_a_map_that_may_wait_is_drawn_over_several_frames(gl_device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Frames that follow each other take equally long, and in the end show what they show with the maps drawn at once."""
+    """Frames that follow each other take equally long, and show in the end what maps that are drawn at once show."""
     library = ShapeLibrary([sphere(1.5, 192, 96), sphere(0.6, 192, 96)], resolution=64)
     views = [View(Camera((0.6 * k, 1.5, 0), (0.6 * k, 1.2, -1), 1.0), SIZE) for k in range(8)]
     drawn, pictures = [], []
