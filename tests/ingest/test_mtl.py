@@ -49,7 +49,7 @@ def test_libraries_that_are_missing_are_named(
 
 def library(folder: Path, text: str) -> MaterialLibrary:
     (folder / "m.mtl").write_text(text)
-    return MaterialLibrary([folder / "m.mtl"], folder / "a.obj", Sources())
+    return MaterialLibrary.read([folder / "m.mtl"], folder / "a.obj", Sources())
 
 
 def test_materials_are_converted_by_name(tmp_path: Path) -> None:

@@ -6,17 +6,18 @@ from depthwalk.errors import InputError
 
 GLTF_SUFFIXES = (".glb", ".gltf")
 LAS_SUFFIXES = (".las", ".laz")
-UPRIGHT_SUFFIXES = (*GLTF_SUFFIXES, *LAS_SUFFIXES)  # whose axes and unit are known
+INTERCHANGE_SUFFIXES = (".fbx", ".dae", ".3ds", ".3mf")
+UPRIGHT_SUFFIXES = (*GLTF_SUFFIXES, *LAS_SUFFIXES, *INTERCHANGE_SUFFIXES)  # whose axes are known
+METRIC_SUFFIXES = tuple(suffix for suffix in UPRIGHT_SUFFIXES if suffix != ".3ds")  # whose unit is known
 MESH_SUFFIXES = (".obj", ".ply", ".stl", ".off", *UPRIGHT_SUFFIXES)
 OTHER_MESH_SUFFIXES = (
-    ".3ds",
-    ".3mf",
     ".abc",
+    ".amf",
     ".blend",
-    ".dae",
-    ".fbx",
+    ".dxf",
     ".iges",
     ".igs",
+    ".lwo",
     ".max",
     ".step",
     ".stp",
@@ -26,6 +27,7 @@ OTHER_MESH_SUFFIXES = (
     ".usdz",
     ".vrm",
     ".wrl",
+    ".x",
     ".x3d",
 )
 BAKED_SUFFIX, COOKED_SUFFIX = ".dpci.exr", ".dpci.npz"

@@ -1,9 +1,11 @@
-"""Convert the materials in the libraries of OBJ files, with the pictures that they name."""
+"""Convert the materials of MTL files and of other formats with their terms, with the pictures that they name."""
 
 import io
 import logging
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,24 +30,35 @@ _HEIGHT_BYTES = 32  # per texel while a height map is converted
 
 
 class MaterialLibrary:
-    """Convert the materials in an OBJ file's libraries, each when it is first requested.
+    """Convert the materials of a mesh, each when it is first requested.
 
-    Every texture that a library names is checked when the library is read, whether or not it is used: a scene that
+    Every texture that a material names is checked at first, whether or not it is used: a scene that
     works must not fail once an object is given another of the materials.
     """
 
-    def __init__(self, libraries: list[Path], mesh: Path, sources: Sources) -> None:
-        """Read material libraries.
+    def __init__(
+        self,
+        materials: Mapping[str, MtlMaterial],
+        folders: list[Path],
+        mesh: Path,
+        sources: Sources,
+        embedded: Mapping[str, bytes] = MappingProxyType({}),
+    ) -> None:
+        """Find the pictures of materials.
 
         Parameters
         ----------
-        libraries
-            The MTL files, whose folders are searched for textures after that of `mesh`.
+        materials
+            The materials by name.
+        folders
+            Where their pictures are searched, in this order; the first must be that of `mesh`, and none outside its
+            tree is used.
         mesh
-            The OBJ file that names them. Its folder is searched for textures first, and none outside the tree of that
-            folder is used; warnings and errors name the file.
+            The mesh file; warnings and errors name it.
         sources
             Reads files and keeps their bytes.
+        embedded
+            The pictures that are not in files of their own, by the names that the materials have for them.
 
         Raises
         ------
@@ -54,18 +67,27 @@ class MaterialLibrary:
         """
         self._mesh = mesh
         self._sources = sources
-        self._folders = list(dict.fromkeys([mesh.parent, *(library.parent for library in libraries)]))
-        self._materials = read_materials(libraries, sources)
+        self._materials, self._embedded = materials, embedded
         self._files: dict[str, Path | None] = {}
         self._textures = TextureDecoder()
         self._from_heights: dict[int, NDArray[np.uint8]] = {}  # normal maps, by the identity of the height maps
         checked: set[Path | None] = {None}
         named = (name for material in self._materials.values() for name in material.pictures)
         for name in dict.fromkeys(named):
-            path = self._files[name] = find(texture_name(name), self._folders, sources, mesh)
-            if path not in checked and (image := self._open(path)) is not None:
+            path = None if name in embedded else find(texture_name(name), folders, sources, mesh)
+            self._files[name] = path
+            if (path not in checked or name in embedded) and (image := self._open(name)) is not None:
                 image.close()
             checked.add(path)
+
+    @classmethod
+    def read(cls, libraries: list[Path], mesh: Path, sources: Sources) -> "MaterialLibrary":
+        """Read the MTL files `libraries` of the OBJ file `mesh`; their folders are searched for textures after its own.
+
+        Raises InputError as the constructor does.
+        """
+        folders = list(dict.fromkeys([mesh.parent, *(library.parent for library in libraries)]))
+        return cls(read_materials(libraries, sources), folders, mesh, sources)
 
     def material(self, name: str | None) -> Material | None:
         """Return the material `name`; None if the libraries do not have it.
@@ -100,18 +122,24 @@ class MaterialLibrary:
         return self._from_heights[id(picture)]
 
     def _decoded(self, name: str | None) -> NDArray[np.uint8] | None:
-        """Return the texels of the picture that a library calls `name`; None if there is none."""
-        path = self._files[name] if name else None
-        image = self._open(path)
-        return None if image is None else self._textures.decode(image, f"{self._mesh}: {name}", path)
-
-    def _open(self, path: Path | None) -> "Image.Image | None":
-        """Return the picture without decoding pixels; None if there is none, with a warning if no name said so."""
-        if path is None:
+        """Return the texels of the picture that a material calls `name`; None if there is none."""
+        image = self._open(name) if name else None
+        if image is None or name is None:
             return None
-        data = self._sources.read(path)
-        if path.suffix.lower() in IMAGE_SUFFIXES:
-            return open_image(data, str(path))
+        key = name if name in self._embedded else self._files[name]
+        return self._textures.decode(image, f"{self._mesh}: {name}", key)
+
+    def _open(self, name: str) -> "Image.Image | None":
+        """Return the picture without decoding pixels; None if there is none, with a warning if no name said so."""
+        path = self._files[name]
+        if name in self._embedded:
+            data, called, file = self._embedded[name], f"{self._mesh}: {name}", Path(name.replace("\\", "/"))
+        elif path is not None:
+            data, called, file = self._sources.read(path), str(path), path
+        else:
+            return None
+        if file.suffix.lower() in IMAGE_SUFFIXES:
+            return open_image(data, called)
         from PIL import Image
 
         try:
@@ -119,5 +147,5 @@ class MaterialLibrary:
                 warnings.simplefilter("ignore")
                 return Image.open(io.BytesIO(data))  # unsupported formats are reported by name later
         except Exception:  # Pillow's plugins raise nearly anything
-            log.warning("%s: %s cannot be read as an image; ignored", self._mesh, path.name)
+            log.warning("%s: %s cannot be read as an image; ignored", self._mesh, file.name)
             return None

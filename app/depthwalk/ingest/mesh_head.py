@@ -1,5 +1,6 @@
 """Read the head of a mesh file, which names its other files and its materials, without decoding any geometry."""
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -7,13 +8,14 @@ import numpy as np
 
 from depthwalk.errors import InputError
 from depthwalk.ingest import gltf
+from depthwalk.ingest.formats import INTERCHANGE_SUFFIXES
 from depthwalk.ingest.gltf_geometry import is_other_geometry
 from depthwalk.ingest.gltf_normal_maps import normal_map_counts
 from depthwalk.ingest.mtl import MtlMaterial, material_libraries, read_materials
 from depthwalk.ingest.ply import with_usual_colours
 from depthwalk.ingest.sources import Sources, arguments, find_all, text, texture_name
 
-_WITH_MATERIALS = (".obj", ".gltf", ".glb")
+_WITH_MATERIALS = (".obj", ".gltf", ".glb", *INTERCHANGE_SUFFIXES)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +64,7 @@ def read_head(path: Path, texture: Path | None = None, sources: Sources | None =
     """Read the head of a mesh file.
 
     An OBJ file names material libraries, and these name textures; a glTF or GLB file names buffers and images; a PLY
-    file names its texture.
+    file names its texture; the materials of FBX, COLLADA and 3D Studio files name theirs.
 
     Parameters
     ----------
@@ -92,6 +94,8 @@ def read_head(path: Path, texture: Path | None = None, sources: Sources | None =
             head = _gltf_head(data, path, sources)
         case ".ply":
             head = _ply_head(data, path, sources)
+        case suffix if suffix in INTERCHANGE_SUFFIXES:
+            head = _interchange_head(data, path, sources)
         case _:
             head = MeshHead(files=(path,))
     if texture is not None:
@@ -111,11 +115,35 @@ def _obj_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
     """Return the information in an OBJ file and its material libraries."""
     libraries = material_libraries(data, path, sources)
     folders = list(dict.fromkeys([path.parent, *(library.parent for library in libraries)]))
-    materials = read_materials(libraries, sources).values()
-    names = [texture_name(name) for material in materials for name in material.pictures]
+    return _head_of(read_materials(libraries, sources).values(), {}, (path, *libraries), folders, sources)
+
+
+def _interchange_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
+    """Return the information in the materials of an FBX, COLLADA, 3D Studio or 3MF file."""
+    from depthwalk.ingest.interchange.reader import parse
+
+    try:
+        model = parse(data, path, geometry=False)
+        return _head_of(model.materials.values(), model.embedded, (path,), [path.parent], sources)
+    except InputError:
+        raise
+    except Exception as error:  # damaged data
+        reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
+        raise InputError(f"{path}: damaged or truncated ({reason})") from error
+
+
+def _head_of(
+    materials: Collection[MtlMaterial],
+    embedded: Mapping[str, bytes],
+    files: tuple[Path, ...],
+    folders: list[Path],
+    sources: Sources,
+) -> MeshHead:
+    """Return the information in materials of a mesh, the first of `files`, whose pictures are there or in `folders`."""
+    names = [texture_name(name) for material in materials for name in material.pictures if name not in embedded]
     through = [_is_translucent(material) for material in materials]
     return MeshHead(
-        files=(path, *libraries, *find_all(names, folders, sources, path)),
+        files=(*files, *find_all(names, folders, sources, files[0])),
         is_textured=any(material.image for material in materials),
         has_cut_outs=any(material.mask for material in materials),
         is_translucent=any(through),

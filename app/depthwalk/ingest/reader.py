@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
 from depthwalk.geometry.distinct import distinct_numbers
-from depthwalk.ingest.formats import GLTF_SUFFIXES, LAS_SUFFIXES, check_suffix
+from depthwalk.ingest.formats import GLTF_SUFFIXES, INTERCHANGE_SUFFIXES, LAS_SUFFIXES, check_suffix
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.mtl import material_libraries
@@ -114,6 +114,10 @@ def _read_any(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud:
         from depthwalk.ingest.las.decoder import read_las
 
         return read_las(data, path)
+    if suffix in INTERCHANGE_SUFFIXES:
+        from depthwalk.ingest.interchange.reader import read_interchange
+
+        return read_interchange(data, path, sources)
     if suffix in GLTF_SUFFIXES:
         from depthwalk.ingest.gltf_points import read_gltf_points
 
@@ -239,7 +243,7 @@ def _materials(mesh: ObjMesh, data: bytes, path: Path, sources: Sources) -> tupl
     if libraries := material_libraries(data, path, sources):
         from depthwalk.ingest.material_library import MaterialLibrary
 
-        library = MaterialLibrary(libraries, path, sources)
+        library = MaterialLibrary.read(libraries, path, sources)
         found = [library.material(name) for name in reversed(mesh.material_names)]
     materials: list[Material] = []
     numbers = np.zeros(len(found), np.int64)

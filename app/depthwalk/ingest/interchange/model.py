@@ -1,0 +1,147 @@
+"""Define what all readers of this package return: polygons, placed, and materials by name."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.errors import InputError
+from depthwalk.ingest.mtl import MtlMaterial
+from depthwalk.ingest.soup import check_mesh_memory
+from depthwalk.limits import MAX_COPIED_TRIANGLES, MAX_MESH_TRIANGLES
+from depthwalk.types import Ints
+
+Y_FROM_Z = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+"""Turns (x, y, z) into (x, z, −y), for files whose z axis points upward."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Polygons:
+    """Hold the polygons of a mesh, in its own frame.
+
+    Attributes
+    ----------
+    positions : (V, 3) float64
+        Vertices.
+    vertex : (C,) int64
+        The vertex at each corner of the polygons, one polygon after the other; unchecked.
+    sizes : (P,) int64
+        Corners of each polygon. Those with fewer than three are not drawn.
+    normals : (C, 3) float64 or None
+        Normals at the corners, of any length.
+    uv : (C, 2) float64 or None
+        Texture coordinates at the corners, v upward.
+    colours : (C, 3) uint8 or None
+        Colours at the corners, sRGB.
+    material : (P,) int64
+        Index of each polygon's material in `names`.
+    names : tuple of (str or None)
+        Materials by name; None for polygons without one. At least one.
+    """
+
+    positions: NDArray[np.float64]
+    vertex: Ints
+    sizes: Ints
+    normals: NDArray[np.float64] | None = None
+    uv: NDArray[np.float64] | None = None
+    colours: NDArray[np.uint8] | None = None
+    material: Ints
+    names: tuple[str | None, ...]
+
+    @property
+    def triangle_count(self) -> int:
+        """Return how many triangles the polygons are cut into."""
+        return int(np.maximum(self.sizes - 2, 0).sum())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Placed:
+    """Hold a use of polygons in the scene, and its file_from_mesh matrix (4, 4)."""
+
+    polygons: Polygons
+    matrix: NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """Hold what a file contains, y upward; in metres if the format has a unit.
+
+    Attributes
+    ----------
+    placed
+        All uses of meshes; none where only the materials were asked for.
+    materials
+        The materials by name, with the pictures that they name. `image` and `mask` are alike where the alpha of the
+        picture cuts out.
+    embedded
+        Pictures in the file by the names that materials use.
+    """
+
+    placed: list[Placed] = field(default_factory=list)
+    materials: Mapping[str, MtlMaterial]
+    embedded: Mapping[str, bytes] = field(default_factory=dict)
+
+
+class PlacingBudget:
+    """Count the triangles of a file while its meshes are placed, so that copies of copies are refused early."""
+
+    def __init__(self, data: bytes, path: Path) -> None:
+        """Allow what a file of these bytes can hold, and some copies."""
+        self._path = path
+        # No format here stores a triangle in less than three bytes, except what is compressed: counted when decoded.
+        self._most = min(MAX_COPIED_TRIANGLES + len(data) // 3, MAX_MESH_TRIANGLES)
+        self._triangles = self._corners = 0
+        self._steps = 0
+
+    def decoded(self, count: int) -> None:
+        """Allow further triangles, of `count` bytes that were compressed."""
+        self._most = min(self._most + count // 3, MAX_MESH_TRIANGLES)
+
+    def place(self, polygons: Polygons) -> None:
+        """Count a use of polygons. Raises InputError if there are too many, or too many to hold."""
+        self._triangles += polygons.triangle_count
+        self._corners += len(polygons.vertex)
+        if self._triangles > self._most:
+            raise InputError(
+                f"{self._path}: its nodes make {self._triangles} triangles of the same data, at most {self._most} "
+                "are allowed"
+            )
+        check_mesh_memory(self._corners, self._triangles, self._path)
+
+    def step(self) -> None:
+        """Count a node that is visited. Raises InputError if nodes that place nodes make millions."""
+        self._steps += 1
+        if self._steps > self._most:
+            raise InputError(f"{self._path}: its nodes place each other more than {self._most} times")
+
+
+def posed(
+    positions: NDArray[np.float64], vertices: Ints, matrices: NDArray[np.float64], weights: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return vertices as joints hold them: means of where each joint would put them.
+
+    Parameters
+    ----------
+    positions
+        (V, 3) vertices at rest; those that no joint holds stay there.
+    vertices
+        (n,) rows of `positions`, one for each pair of a vertex and a joint.
+    matrices
+        (n, 3, 4) where the joint puts the vertex, from its place at rest.
+    weights
+        (n,) the part that the joint has.
+
+    Returns
+    -------
+    numpy.ndarray
+        (V, 3).
+    """
+    total = np.bincount(vertices, weights, minlength=len(positions))
+    moved = np.einsum("nij,nj->ni", matrices[:, :, :3], positions[vertices]) + matrices[:, :, 3]
+    summed = [np.bincount(vertices, weights * axis, minlength=len(positions)) for axis in moved.T]
+    held = total > 1e-9
+    result = positions.copy()
+    result[held] = np.stack(summed, axis=1)[held] / total[held, None]
+    return result
