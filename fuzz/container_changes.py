@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fuzz.bytes_changes import change_bytes
-from fuzz.dictionary import GLTF_KEYS
+from fuzz.bytes_changes import change_bytes, change_text
+from fuzz.dictionary import GLTF_KEYS, THREE_MF
 from fuzz.tree_changes import change_json, changed_tree
 
 _TYPES = ("<f4", "<f8", "<f2", ">f4", "u1", "<u2", "<u4", "<i4", "<i8", "i1", "?", "<c8", "<U4", "S3", "<M8[s]", ">u2")
@@ -98,6 +98,27 @@ def _changed_document(member: bytes, rng: random.Random) -> bytes:
     text = str(np.load(io.BytesIO(member), allow_pickle=False))
     file = io.BytesIO()
     np.save(file, np.array(json.dumps(changed_tree(json.loads(text), rng, ("key", "version")))), allow_pickle=False)
+    return file.getvalue()
+
+
+def change_zip(data: bytes, rng: random.Random) -> bytes:
+    """Return an archive with one of its files changed, left out or stored under another's name."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    name = rng.choice(list(members))
+    match rng.randrange(12):
+        case 0:
+            del members[name]
+        case 1:
+            members[name] = members[rng.choice(list(members))]
+        case 2 | 3:
+            members[name] = change_bytes(members[name], rng)
+        case _:
+            members[name] = change_text(members[name], rng, THREE_MF)
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", rng.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED))) as archive:
+        for key, value in members.items():
+            archive.writestr(key, value)
     return file.getvalue()
 
 

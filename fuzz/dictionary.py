@@ -45,6 +45,22 @@ PLY = _words(
     b"end_header\n|comment TextureFile |nx|ny|nz|u|v|texcoord|red|alpha|skin.png",
 )
 OFF = _words(b"OFF|COFF|NOFF|STOFF|4OFF|BINARY|#")
+FBX = _words(
+    b"Lcl Translation|Lcl Rotation|Lcl Scaling|RotationActive|RotationOrder|PreRotation|GeometricScaling|Visibility",
+    b"ByPolygonVertex|ByVertice|ByPolygon|AllSame|IndexToDirect|Direct|UnitScaleFactor|UpAxis|FBXVersion|Content",
+    b"DiffuseColor|NormalMap|TransparentColor|LayeredTexture|Deformer|{|}|*|a: |::|\0\1|skin.png|../",
+)
+DAE = _words(
+    b"polylist|triangles|tristrips|trifans|polygons|<ph>|<h>|<lines>|vcount|instance_node|instance_controller",
+    b"lookat|skew|matrix|rotate|scale|Z_UP|X_UP|RGB_ZERO|A_ONE|COLOR|TEXCOORD|NORMAL|stride|offset|count|meter",
+    b"<!DOCTYPE x [<!ENTITY a 'b'>]>|&a;|&#0;|<![CDATA[|morph|-1 |skin.png",
+)
+THREE_DS = (b"\x4d\x4d", b"\x3d\x3d", b"\x00\x40", b"\x00\x41", b"\x10\x41", b"\x20\x41", b"\x30\x41", b"\x40\x41",
+            b"\x60\x41", b"\xff\xaf", b"\x00\xa2", b"\x00\xa3", b"\x20\xa0", b"\x54\xa3", b"skin.png\0")  # fmt: skip
+THREE_MF = _words(
+    b"component|transform|colorgroup|texture2dgroup|basematerials|support|inch|micron|pid|pindex|p1|p:path|objectid",
+    b"displaycolor|#ff000080|../|3D/3dmodel.model",
+)
 STL = _words(b"solid |facet normal |outer loop|vertex |endloop|endfacet|endsolid|FACET")
 PICTURE = _words(
     b"IHDR|IDAT|PLTE|tRNS|IEND|acTL|fdAT|RIFF|WEBP|VP8X|ALPH|GIF89a|II*\0|MM\0*|BM|\xff\xd8\xff|DDS |DXT1|P6\n"

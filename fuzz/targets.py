@@ -27,10 +27,10 @@ from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
 from depthwalk.scene.places import read_places
 from depthwalk.scene.scene import MeshAsset
-from fuzz import dictionary, gltf_seeds, properties, seeds
+from fuzz import dictionary, gltf_seeds, interchange_seeds, properties, seeds
 from fuzz.bytes_changes import change_text
 from fuzz.case import Change, Target
-from fuzz.container_changes import change_exr, change_glb, change_npy, change_npz, change_png
+from fuzz.container_changes import change_exr, change_glb, change_npy, change_npz, change_png, change_zip
 from fuzz.tree_changes import change_json, change_yaml
 
 INGEST = ("depthwalk.ingest",)
@@ -217,6 +217,38 @@ TARGETS = (
         modules=(*INGEST, "trimesh.exchange.gltf"),
         words=tuple(f'"{key}": '.encode() for key in dictionary.GLTF_KEYS),
         changes={".gltf": (partial(change_json, keys=dictionary.GLTF_KEYS),), ".glb": (change_glb,), **_PNG},
+    ),
+    Target(
+        name="fbx",
+        seeds=interchange_seeds.fbxs,
+        read=read_mesh,
+        modules=INGEST,
+        words=dictionary.FBX,
+        changes={".fbx": (change_text,), **_PNG},
+    ),
+    Target(
+        name="dae",
+        seeds=interchange_seeds.daes,
+        read=read_mesh,
+        modules=INGEST,
+        words=dictionary.DAE,
+        changes={".dae": (change_text,), **_PNG},
+    ),
+    Target(
+        name="3ds",
+        seeds=interchange_seeds.three_dss,
+        read=read_mesh,
+        modules=INGEST,
+        words=dictionary.THREE_DS,
+        changes=_PNG,
+    ),
+    Target(
+        name="3mf",
+        seeds=interchange_seeds.three_mfs,
+        read=read_mesh,
+        modules=INGEST,
+        words=dictionary.THREE_MF,
+        changes={".3mf": (change_zip, change_zip)},
     ),
     Target(
         name="conversion",

@@ -224,7 +224,7 @@ def _bound(use: Element) -> dict[str, str]:
 def _frame(root: Element) -> _Matrix:
     """Return the matrix (4, 4) to metres and y upward."""
     unit, up = root.find("asset", "unit"), root.find("asset", "up_axis")
-    metres = float(unit.attributes.get("meter", 1)) if unit is not None else 1.0
+    metres = float(unit.attributes.get("meter", "1").replace(",", ".")) if unit is not None else 1.0
     matrix = np.eye(4)
     matrix[:3, :3] = np.array(_UP.get(up.text if up is not None else "Y_UP", _UP["Y_UP"]))
     matrix[:3] *= metres if math.isfinite(metres) and metres > 0 else 1.0

@@ -154,12 +154,12 @@ def _corners(element: Element, step: int) -> _Corners:
 
 def _strip(count: int) -> Ints:
     """Return the corners of the triangles of a strip of `count` corners; each second one is turned."""
-    triangles = np.arange(max(count - 2, 0))[:, None] + [0, 1, 2]
+    triangles = np.arange(max(count - 2, 0), dtype=np.int64)[:, None] + np.arange(3)
     triangles[1::2] = triangles[1::2, [1, 0, 2]]
     return triangles.ravel()
 
 
 def _fan(count: int) -> Ints:
     """Return the corners of the triangles of a fan of `count` corners."""
-    step = np.arange(max(count - 2, 0))
-    return (step[:, None] * [0, 1, 1] + [0, 1, 2]).ravel()
+    step: Ints = np.arange(max(count - 2, 0), dtype=np.int64)
+    return np.asarray(step[:, None] * np.array([0, 1, 1]) + np.arange(3), np.int64).ravel()

@@ -114,6 +114,8 @@ def _material(content: memoryview) -> _Material:
         terms["ks"] = [strength * each for each in highlight]
     if isinstance(glow, list) and isinstance(colour, list):
         terms["ke"] = [a * b for a, b in zip(glow, colour, strict=True)]
+    if made.entries.image:
+        terms.pop("kd", None)  # a picture replaces the colour
     if made.entries.mask:  # only the alpha of the picture of colours can cut out
         made.entries.mask = made.entries.image if made.entries.mask == made.entries.image else None
     return made
