@@ -216,6 +216,7 @@ def fbx(
 
 def _fbx_nodes(uses: list[Use], embedded: Files, *, z_up: bool, centimetres: float, version: int) -> list[_Node]:
     shapes, paints = _distinct(uses)
+    kept = {paint.name: paint for paint in paints}
     numbers = {id(each): 1000 + k for k, each in enumerate((*shapes, *paints, *uses))}
     objects: list[_Node] = []
     links: list[_Node] = []
@@ -255,7 +256,7 @@ def _fbx_nodes(uses: list[Use], embedded: Files, *, z_up: bool, centimetres: flo
         objects.append(("Model", [numbers[id(use)], f"{use.name}\0\1Model", "Mesh"], [("Properties70", [], placing)]))
         link("OO", numbers[id(use)], 0)
         link("OO", numbers[id(use.shape)], numbers[id(use)])
-        link("OO", numbers[id(use.paint)], numbers[id(use)])
+        link("OO", numbers[id(kept[use.paint.name])], numbers[id(use)])
     axes = (
         {"UpAxis": (2, 1), "FrontAxis": (1, -1), "CoordAxis": (0, 1)}
         if z_up

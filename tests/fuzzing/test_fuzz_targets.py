@@ -34,7 +34,9 @@ def test_every_finding_belongs_to_a_target() -> None:
     assert all(folder.name.startswith(next(iter(seeds.read_folder(folder)))) for _, folder in FOUND)
 
 
-@pytest.mark.parametrize("name", ["obj", "ply", "stl", "off", "gltf", "fbx", "dae", "3ds", "3mf", "texture", "range", "places", "path"])
+@pytest.mark.parametrize(
+    "name", ["obj", "ply", "stl", "off", "gltf", "fbx", "dae", "3ds", "3mf", "texture", "range", "places", "path"]
+)
 def test_seeds_are_read(name: str, tmp_path: Path) -> None:
     (target,) = (target for target in TARGETS if target.name == name)
     for number, files in enumerate(target.seeds()):

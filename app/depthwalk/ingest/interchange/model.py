@@ -13,6 +13,8 @@ from depthwalk.ingest.soup import check_mesh_memory
 from depthwalk.limits import MAX_COPIED_TRIANGLES, MAX_MESH_TRIANGLES
 from depthwalk.types import Ints
 
+_MOST_NODES = 100_000  # that are visited, each in some 20 µs, beyond those that the bytes of a file can hold
+
 Y_FROM_Z = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 """Turns (x, y, z) into (x, z, −y), for files whose z axis points upward."""
 
@@ -92,8 +94,8 @@ class PlacingBudget:
         self._path = path
         # No format here stores a triangle in less than three bytes, except what is compressed: counted when decoded.
         self._most = min(MAX_COPIED_TRIANGLES + len(data) // 3, MAX_MESH_TRIANGLES)
-        self._triangles = self._corners = 0
-        self._steps = 0
+        self._most_nodes = _MOST_NODES + len(data) // 10
+        self._triangles = self._corners = self._nodes = 0
 
     def decoded(self, count: int) -> None:
         """Allow further triangles, of `count` bytes that were compressed."""
@@ -112,9 +114,9 @@ class PlacingBudget:
 
     def step(self) -> None:
         """Count a node that is visited. Raises InputError if nodes that place nodes make millions."""
-        self._steps += 1
-        if self._steps > self._most:
-            raise InputError(f"{self._path}: its nodes place each other more than {self._most} times")
+        self._nodes += 1
+        if self._nodes > self._most_nodes:
+            raise InputError(f"{self._path}: its nodes place each other more than {self._most_nodes} times")
 
 
 def posed(

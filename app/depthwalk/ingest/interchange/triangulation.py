@@ -5,7 +5,9 @@ from numpy.typing import NDArray
 
 from depthwalk.types import Ints
 
-_MOST_TESTS = 100_000  # of corners that may be ears, some 10 µs each; polygons beyond them are cut into fans
+# What cutting may take, in corners that are looked at, some 50 ns each, and what testing one corner costs beside them.
+# Polygons beyond it are cut into fans.
+_MOST_WORK, _WORK_PER_CORNER, _WORK_PER_TEST = 20_000_000, 1_000, 500
 
 
 def triangulated(positions: NDArray[np.float64], sizes: Ints) -> tuple[Ints, Ints]:
@@ -31,13 +33,13 @@ def triangulated(positions: NDArray[np.float64], sizes: Ints) -> tuple[Ints, Int
     triangles = np.stack([start, start + step + 1, start + step + 2], axis=1)
     if not (sizes > 3).any():
         return triangles, polygon
-    tests = 0
+    left = _MOST_WORK + _WORK_PER_CORNER * len(positions)
     for number in _concave(positions, triangles, polygon, sizes):
-        if tests > _MOST_TESTS:
+        if left < 0:
             break
         size = int(sizes[number])
-        rows, count = _cut_ears(positions[starts[number] : starts[number] + size], _MOST_TESTS - tests)
-        tests += count
+        rows, work = _cut_ears(positions[starts[number] : starts[number] + size], left)
+        left -= work
         if len(rows) == size - 2:
             at = first_triangle[number]
             triangles[at : at + size - 2] = rows + starts[number]
@@ -56,8 +58,8 @@ def _concave(positions: NDArray[np.float64], triangles: Ints, polygon: Ints, siz
     return found
 
 
-def _cut_ears(corners: NDArray[np.float64], most_tests: int) -> tuple[Ints, int]:
-    """Cut a polygon (n, 3) by its ears; return triangles, fewer than n − 2 if that fails, and how many were tested."""
+def _cut_ears(corners: NDArray[np.float64], most_work: int) -> tuple[Ints, int]:
+    """Cut a polygon (n, 3) by its ears; return triangles, fewer than n − 2 if that fails, and the work that it took."""
     with np.errstate(invalid="ignore", over="ignore"):
         normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
         flat = np.delete(corners, int(np.abs(normal).argmax()), axis=1)
@@ -66,11 +68,11 @@ def _cut_ears(corners: NDArray[np.float64], most_tests: int) -> tuple[Ints, int]
             flat = flat * [-1, 1]
         left = list(range(len(flat)))
         cut: list[tuple[int, int, int]] = []
-        at = failed = tests = 0
-        while len(left) > 3 and failed < len(left) and tests < most_tests:
+        at = failed = work = 0
+        while len(left) > 3 and failed < len(left) and work < most_work:
             at %= len(left)
             ear = left[at - 1], left[at], left[(at + 1) % len(left)]
-            tests += 1
+            work += _WORK_PER_TEST + len(left)
             if _is_ear(flat, ear, left):
                 cut.append(ear)
                 del left[at]
@@ -80,7 +82,7 @@ def _cut_ears(corners: NDArray[np.float64], most_tests: int) -> tuple[Ints, int]
                 failed += 1
     if len(left) == 3:
         cut.append((left[0], left[1], left[2]))
-    return np.array(cut, np.int64).reshape(-1, 3), tests
+    return np.array(cut, np.int64).reshape(-1, 3), work
 
 
 def _is_ear(flat: NDArray[np.float64], ear: tuple[int, int, int], left: list[int]) -> bool:
