@@ -81,7 +81,8 @@ When a key is renamed, the old name still works for one minor version, with a wa
 A mesh can be given in place of a scene file, `depthwalk view bust.obj`, or [several](walking.md#files), which are shown
 together. A single one becomes the asset `model`, which has `dpci`,
 with one object at the origin. `view` and `render` guess which way is up, and say so; `--set assets.model.up=y` or `z`
-overrides the guess. In glTF files y is up by definition, in depth images since they were baked. A mesh without any
+overrides the guess. In glTF files y is up by definition, in depth images since they were baked; FBX,
+COLLADA, 3DS and 3MF files are turned as they [say](#fbx-collada-3ds-and-3mf). A mesh without any
 height, such as a flat floor, has no side for depth images to show; draw it with `--representation mesh`; the same holds
 for meshes more than 40 km or less than 1 µm across, unless they get another `height`. A model made entirely of glass
 has no `dpci`. `render` draws a still of a mesh from its polygons, since baking takes longer than one picture;
@@ -118,6 +119,33 @@ All that such a file shows is one mesh. `depthwalk convert forest.glb` makes a s
   (in small scenes, 1/2000 of their size) and 0.1° off; a jump beside other movement takes 2 ms. Skins and shape keys
   stay at rest, cameras and lights stand still; a movement that stretches or shears is shown without that. A scene
   file holds 100,000 keyframes. `convert` says what it leaves out.
+
+## FBX, COLLADA, 3DS and 3MF
+
+These files need no further package. All meshes that the nodes of the default scene show are read, at rest, with skins
+as their joints stand; polygons are cut into triangles, also concave ones. Cameras, lamps, animations, shape keys,
+curves and lines are not read.
+
+- FBX (`.fbx`), 7.0 and later, binary and text: normals, the first layers of texture coordinates and of colours, and
+  Phong, Lambert and common physical materials with colour, opacity, highlight, emission, and normal or height map.
+  Models are turned upright and scaled to metres as the file says. Pictures are beside the file, or embedded.
+- COLLADA (`.dae`), 1.4 and 1.5: the same of the common profile, with pictures beside the file.
+- 3D Studio (`.3ds`): materials, and texture coordinates with the scale and offset of their picture. The z axis points
+  upward; the format has no unit, so give a `height`. Keyframes and smoothing groups are not read.
+- 3MF (`.3mf`): colours of materials and vertices, textures, and the parts of the production extension. The z axis
+  points upward; the file says its unit.
+
+Pictures are found as those of OBJ files: by the path that the file has for them, or by their name alone, and only in
+its folder. The alpha of a picture cuts out if FBX or COLLADA name the same picture for the transparency. Normals of
+skins, and of 3DS and 3MF files, are made as for other files without any. Earlier FBX files, and nodes of COLLADA with
+a `skew`, are refused.
+
+The readers are this program's own. Of the libraries that read these formats, assimp (assimp-py 1.1.0) does not hand out
+embedded pictures, opens files by itself, and crashed on 24 of 700 damaged 3MF files; the Python binding of ufbx (0.0.5)
+frees objects that are in use, in files that are right. Both served to compare with (November 2026): 42 FBX files have
+the same triangles and bounding box by ufbx, and 31 of 40 others by assimp, which poses no skins, moves 3D Studio's
+objects by their keyframes, drops faces without area and reads no parts of 3MF files. Their other formats (X, LWO, AMF,
+DXF) are rare; Blender saves them as `.glb`.
 """
 _ANIMATION = """Any node can move: a wheel turns, a group of figures goes around, a lift stops at each floor.
 

@@ -174,7 +174,10 @@ Settings = Annotated[
         "--set", metavar="KEY=VALUE", help="Replace a value of the scene file, as in render.lod.bias=1; repeatable."
     ),
 ]
-Meshes = Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, OFF, GLB, glTF, LAS or LAZ files.")]
+Meshes = Annotated[
+    list[Path],
+    typer.Argument(metavar="MESH", help="OBJ, PLY, STL, OFF, GLB, glTF, FBX, DAE, 3DS, 3MF, LAS or LAZ files."),
+]
 Up = Annotated[UpAxis, typer.Option("--up", help="The axis that points upward in the files.")]
 DpciResolution = Annotated[
     int,

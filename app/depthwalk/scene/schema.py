@@ -106,7 +106,10 @@ class DpciParams(FileParams):
 class MeshAssetParams(FileParams):
     """Describe an asset that is read from a mesh file."""
 
-    mesh: FilePath = param(..., "OBJ, PLY, STL, OFF, GLB, glTF, LAS or LAZ file, a path relative to the scene file")
+    mesh: FilePath = param(
+        ...,
+        "OBJ, PLY, STL, OFF, GLB, glTF, FBX, DAE, 3DS, 3MF, LAS or LAZ file, a path relative to the scene file",
+    )
     texture: FilePath | None = param(None, "Colour image that replaces the textures of the mesh file")
     up: Literal["y", "z"] = param("y", "Axis of the file that points upward")
     height: Length | None = param(None, "Height to which the asset is scaled; if left out, as in the file", unit="m")

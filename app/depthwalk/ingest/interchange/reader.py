@@ -19,6 +19,7 @@ from depthwalk.ingest.sources import Sources
 _T = TypeVar("_T", bound=np.generic)
 
 
+@np.errstate(all="ignore")  # places that are not finite are found where triangles are made
 def parse(data: bytes, path: Path, *, geometry: bool = True) -> Model:
     """Parse a file of one of `formats.INTERCHANGE_SUFFIXES`.
 
@@ -63,6 +64,7 @@ def _parser(suffix: str) -> Callable[[bytes, Path, bool], Model]:
     return parse_three_ds
 
 
+@np.errstate(all="ignore")
 def read_interchange(data: bytes, path: Path, sources: Sources) -> Soup:
     """Read all triangles of a file, with the transforms of its nodes applied.
 
