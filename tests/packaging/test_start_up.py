@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+from fuzz.interchange_files import skinned_dae
+
 HEAVY = {
     "OpenEXR", "PIL", "embreex", "fast_simplification", "flip_evaluator", "glfw", "imageio_ffmpeg", "imgui_bundle",
     "moderngl", "moderngl_window", "networkx", "rich", "scipy", "skimage", "trimesh",
@@ -83,6 +85,21 @@ def test_reading_an_obj_file_imports_numpy_only(loaded: Callable[..., Any], obj_
     mesh = obj_scene.with_name("ball.obj")
     code = f"from pathlib import Path\nfrom depthwalk.ingest.loader import check_mesh\ncheck_mesh(Path({str(mesh)!r}))"
     assert not loaded(code) & HEAVY
+
+
+def test_readers_of_interchange_files_are_imported_when_such_a_file_is_read(
+    loaded: Callable[..., Any], obj_scene: Path
+) -> None:
+    meshes = [obj_scene.with_name("ball.obj"), obj_scene.with_name("joints.dae")]
+    meshes[1].write_bytes(skinned_dae())
+    code = "from pathlib import Path\nfrom depthwalk.ingest.loader import check_mesh\ncheck_mesh(Path({!r}))"
+    without, having = (loaded(code.format(str(mesh))) for mesh in meshes)
+    assert not {module for module in without if "interchange" in module or "xml" in module}
+    assert {module for module in having if "interchange." in module} == {
+        f"depthwalk.ingest.interchange.{name}"
+        for name in ("collada", "collada_geometry", "collada_materials", "model", "reader", "triangulation", "xml_tree")
+    }
+    assert not having & HEAVY
 
 
 @pytest.mark.slow
