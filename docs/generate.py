@@ -124,7 +124,7 @@ All that such a file shows is one mesh. `depthwalk convert forest.glb` makes a s
 
 These files need no further package. All meshes that the nodes of the default scene show are read, at rest, with skins
 as their joints stand; polygons are cut into triangles, also concave ones. Cameras, lamps, animations, shape keys,
-curves and lines are not read.
+curves and lines are not read; `depthwalk info` lists the former.
 
 - FBX (`.fbx`), 7.0 and later, binary and text: normals, the first layers of texture coordinates and of colours, and
   Phong, Lambert and common physical materials with colour, opacity, highlight, emission, and normal or height map.

@@ -26,7 +26,10 @@ from glb_files import Glb
             "court.advice.json",
             "advice or measurements, such as `advise` writes; a scene names advice by the key 'advice'",
         ),
-        ("court.txt", "'.txt' is not a mesh format (use .obj, .ply, .stl, .off, .glb, .gltf, .las, .laz)"),
+        (
+            "court.txt",
+            "'.txt' is not a mesh format (use .obj, .ply, .stl, .off, .glb, .gltf, .las, .laz, .fbx, .dae, .3ds, .3mf)",
+        ),
     ],
 )
 def test_info_says_what_other_files_are(run: Callable[..., Any], tmp_path: Path, name: str, message: str) -> None:

@@ -9,6 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+from depthwalk.commands.cli import app
+from depthwalk.ingest.interchange.reader import parse
 from depthwalk.ingest.interchange.triangulation import triangulated
 from depthwalk.ingest.reader import read_soup
 from depthwalk.ingest.soup import Soup
@@ -195,3 +197,24 @@ def test_colours_of_3mf(tmp_path: Path) -> None:
         [[0, 255, 0]] * 3,
     ]
     assert [soup.materials[number].opacity for number in soup.material] == [None, None, pytest.approx(128 / 255)]
+
+
+def test_info_lists_what_is_not_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = skinned_fbx().decode()
+    more = 'Objects: {\nAnimationStack: 20, "AnimStack::", "" {\n}\nAnimationCurve: 21, "AnimCurve::", "" {\n}\n'
+    more += 'NodeAttribute: 22, "NodeAttribute::", "Light" {\n}\nNodeAttribute: 23, "NodeAttribute::", "Camera" {\n}\n'
+    (tmp_path / "a.fbx").write_text(text.replace("Objects: {\n", more + more.partition("\n")[2].replace("2", "9")))
+    moving = skinned_dae().replace(b"</COLLADA>", b"<library_animations><animation/></library_animations></COLLADA>")
+    (tmp_path / "a.dae").write_bytes(moving.replace(b"<translate>9", b'<instance_light url="#x"/><translate>9'))
+    cube_only = next(iter(three_ds(BOX, {}).values()))
+    (tmp_path / "a.3ds").write_bytes(cube_only)
+    for name, expected in (
+        ("a.fbx", ("2 animations", "2 cameras", "2 lamps")),
+        ("a.dae", ("1 animation", "1 lamp")),
+        ("a.3ds", ()),
+    ):
+        assert parse((tmp_path / name).read_bytes(), tmp_path / name, geometry=False).unread == expected
+        with pytest.raises(SystemExit) as ended:
+            app(["info", str(tmp_path / name)])
+        assert not ended.value.code
+        assert (f"not read                 {', '.join(expected)}" in capsys.readouterr().out) == bool(expected)

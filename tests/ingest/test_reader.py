@@ -77,6 +77,9 @@ def test_a_file_of_another_kind_is_no_ply(tmp_path: Path) -> None:
         ("a.ply", b"LASF" + bytes(100) + b"\3", "LAS", "a.las"),
         ("a.glb", b"LASF" + bytes(100) + b"\x83", "LAZ", "a.laz"),
         ("a.glb", b"Kaydara FBX Binary  ", "FBX", "a.fbx"),
+        ("a.glb", b"; FBX 7.4.0 project file", "FBX", "a.fbx"),
+        ("a.fbx", b'<?xml version="1.0"?><COLLADA>', "DAE", "a.dae"),
+        ("a.dae", b"MM\x0a\0\0\0\2\0\3\0", "3DS", "a.3ds"),
     ],
 )
 def test_a_file_under_a_wrong_name_is_told_its_right_one(

@@ -74,9 +74,9 @@ def test_what_it_lacks_is_told_in_the_words_of_its_reader(
 
 
 def test_a_mesh_format_that_is_not_read_is_no_scene(tmp_path: Path) -> None:
-    file = tmp_path / "model.DAE"
-    file.write_text("<COLLADA/>")
-    with pytest.raises(InputError, match=r"model\.DAE: '\.dae' is not a mesh format \(use \.obj, .* in Blender$"):
+    file = tmp_path / "model.LWO"
+    file.write_text("FORM")
+    with pytest.raises(InputError, match=r"model\.LWO: '\.lwo' is not a mesh format \(use \.obj, .* in Blender$"):
         load_scene(file)
 
 

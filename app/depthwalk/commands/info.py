@@ -261,9 +261,6 @@ def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
 
 
 def _mesh_rows(path: Path) -> Iterator[Row]:
-    from depthwalk.ingest.formats import GLTF_SUFFIXES
-    from depthwalk.ingest.gltf import read_header
-    from depthwalk.ingest.gltf_unread import unread
     from depthwalk.ingest.loader import mesh_of
     from depthwalk.ingest.point_cloud import PointCloud
     from depthwalk.ingest.reader import read_geometry
@@ -277,7 +274,7 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
         yield from _cloud_rows(geometry, path)
     else:
         yield from _triangle_rows(mesh_of(geometry, path), path)
-    if path.suffix.lower() in GLTF_SUFFIXES and (ignored := unread(read_header(sources.read(path), path))):
+    if ignored := _unread(sources.read(path), path):
         yield "not read", ", ".join(ignored)
 
 
@@ -338,6 +335,22 @@ def _triangle_rows(mesh: "Mesh", path: Path) -> Iterator[Row]:
         light = ", unlit" if material.unlit else ""
         faces = counted(part.face_count, "triangle")
         yield f"material {part.material}", f"{faces}, {image}{bumps}{through}{glow}{light}"
+
+
+def _unread(data: bytes, path: Path) -> Sequence[str]:
+    """Return what a mesh file of these bytes that can be read holds beside its mesh, a text for each kind."""
+    from depthwalk.ingest.formats import GLTF_SUFFIXES, INTERCHANGE_SUFFIXES
+
+    if path.suffix.lower() in GLTF_SUFFIXES:
+        from depthwalk.ingest.gltf import read_header
+        from depthwalk.ingest.gltf_unread import unread
+
+        return unread(read_header(data, path))
+    if path.suffix.lower() in INTERCHANGE_SUFFIXES:
+        from depthwalk.ingest.interchange.reader import parse
+
+        return parse(data, path, geometry=False).unread
+    return ()
 
 
 def _point(point: Sequence[float]) -> str:

@@ -139,7 +139,17 @@ def _suffix_of(data: bytes) -> str | None:
     triangles = int.from_bytes(data[80:84], "little")  # of a binary STL file, which begins with any 80 bytes
     if len(data) == 84 + 50 * triangles or (data.startswith(b"solid ") and b"facet" in data[:1000]):
         return ".stl"
-    signatures = ((b"\x89PNG", ".png"), (b"\xff\xd8\xff", ".jpg"), (b"Kaydara FBX", ".fbx"), (b"BLENDER", ".blend"))
+    if data.startswith(b"MM") and int.from_bytes(data[2:6], "little") == len(data):
+        return ".3ds"
+    if data[:100].lstrip().startswith(b"<") and b"<COLLADA" in data[:1000]:
+        return ".dae"
+    signatures = (
+        (b"\x89PNG", ".png"),
+        (b"\xff\xd8\xff", ".jpg"),
+        (b"Kaydara FBX", ".fbx"),
+        (b"; FBX", ".fbx"),
+        (b"BLENDER", ".blend"),
+    )
     return next((suffix for start, suffix in signatures if data.startswith(start)), None)
 
 

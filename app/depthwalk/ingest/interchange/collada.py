@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from depthwalk.errors import InputError, quoted
 from depthwalk.ingest.interchange.collada_geometry import Meshes
 from depthwalk.ingest.interchange.collada_materials import read_materials
-from depthwalk.ingest.interchange.model import Model, Placed, PlacingBudget, Polygons, posed
+from depthwalk.ingest.interchange.model import Model, Placed, PlacingBudget, Polygons, posed, unread_parts
 from depthwalk.ingest.interchange.xml_tree import Element, parse_tree
 
 _Matrix = NDArray[np.float64]
@@ -27,11 +27,23 @@ def parse_collada(data: bytes, path: Path, geometry: bool) -> Model:
     """Parse a COLLADA file, see `reader.parse`."""
     root = parse_tree(data, path, "COLLADA")
     materials, names = read_materials(root)
+    unread = _unread(root)
     if not geometry:
-        return Model(materials=materials)
+        return Model(materials=materials, unread=unread)
     scene = _Scene(root, names, PlacingBudget(data, path), path)
     scene.place_all()
-    return Model(placed=scene.placed, materials=materials)
+    return Model(placed=scene.placed, materials=materials, unread=unread)
+
+
+def _unread(root: Element) -> tuple[str, ...]:
+    moves = any(library.find("animation") is not None for library in root.all("library_animations"))
+    clips = sum(len(list(library.all("animation_clip"))) for library in root.all("library_animation_clips"))
+    return unread_parts(
+        animations=max(clips, 1) if moves else 0,
+        cameras=len(list(_every(root, "instance_camera"))),
+        lamps=len(list(_every(root, "instance_light"))),
+        shapes=sum(controller.find("morph") is not None for controller in _every(root, "controller")),
+    )
 
 
 def target(reference: str | None) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from depthwalk.ingest.interchange.fbx_geometry import read_polygons, skinned
 from depthwalk.ingest.interchange.fbx_scene import FbxScene
 from depthwalk.ingest.interchange.fbx_tree import Node, parse_nodes
-from depthwalk.ingest.interchange.model import Model, Placed, PlacingBudget, Polygons
+from depthwalk.ingest.interchange.model import Model, Placed, PlacingBudget, Polygons, unread_parts
 from depthwalk.ingest.mtl import MtlMaterial
 
 # What a picture is for, by the property that it feeds, in lower case without the path of a shader's parameters.
@@ -60,7 +60,20 @@ def parse_fbx(data: bytes, path: Path, geometry: bool) -> Model:
             if (polygons := meshes[number]) is not None:
                 budget.place(polygons)
                 placed.append(_placed(scene, model, number, _with_materials(polygons, names[model])))
-    return Model(placed=placed, materials=shelf.materials, embedded=shelf.embedded)
+    return Model(placed=placed, materials=shelf.materials, embedded=shelf.embedded, unread=_unread(scene))
+
+
+def _unread(scene: FbxScene) -> tuple[str, ...]:
+    nodes = scene.objects.values()
+    # Most files have an animation, whether or not anything moves in it.
+    moves = any(node.name == "AnimationCurve" for node in nodes)
+    kinds = [(node.name, node.properties[2] if len(node.properties) > 2 else "") for node in nodes]
+    return unread_parts(
+        animations=sum(node.name == "AnimationStack" for node in nodes) if moves else 0,
+        cameras=kinds.count(("NodeAttribute", "Camera")),
+        lamps=kinds.count(("NodeAttribute", "Light")),
+        shapes=kinds.count(("Deformer", "BlendShapeChannel")),
+    )
 
 
 def _with_materials(polygons: Polygons, names: list[str | None]) -> Polygons:

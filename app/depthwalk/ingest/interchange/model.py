@@ -79,11 +79,20 @@ class Model:
         picture cuts out.
     embedded
         Pictures in the file by the names that materials use.
+    unread
+        What it holds beside that, such as "2 animations".
     """
 
     placed: list[Placed] = field(default_factory=list)
     materials: Mapping[str, MtlMaterial]
     embedded: Mapping[str, bytes] = field(default_factory=dict)
+    unread: tuple[str, ...] = ()
+
+
+def unread_parts(*, animations: int = 0, cameras: int = 0, lamps: int = 0, shapes: int = 0) -> tuple[str, ...]:
+    """Return texts for `Model.unread` from how many there are; `shapes` are shape keys."""
+    counts = {"animation": animations, "camera": cameras, "lamp": lamps, "shape key": shapes}
+    return tuple(f"{count} {name}{'s' * (count > 1)}" for name, count in counts.items() if count)
 
 
 class PlacingBudget:

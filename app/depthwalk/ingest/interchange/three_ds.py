@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from depthwalk.colour import linear_from_srgb
 from depthwalk.errors import InputError
-from depthwalk.ingest.interchange.model import Y_FROM_Z, Model, Placed, PlacingBudget, Polygons
+from depthwalk.ingest.interchange.model import Y_FROM_Z, Model, Placed, PlacingBudget, Polygons, unread_parts
 from depthwalk.ingest.mtl import MtlMaterial
 
 _MAIN, _EDITOR, _OBJECT, _MESH, _MATERIAL = 0x4D4D, 0x3D3D, 0x4000, 0x4100, 0xAFFF
+_LAMP, _CAMERA = 0x4600, 0x4700
 _VERTICES, _FACES, _GROUP, _COORDINATES, _MATRIX = 0x4110, 0x4120, 0x4130, 0x4140, 0x4160
 _NAME, _DIFFUSE, _SPECULAR, _SHININESS, _STRENGTH, _CLEAR, _GLOW = (
     0xA000,
@@ -54,19 +55,27 @@ def parse_three_ds(data: bytes, path: Path, geometry: bool) -> Model:
         raise InputError(f"{path}: truncated: {len(data)} of {_HEAD.unpack_from(data)[1]} bytes")
     materials: dict[str, _Material] = {}
     meshes: list[memoryview] = []
+    others = {_LAMP: 0, _CAMERA: 0}
     for kind, content in _chunks(memoryview(data)[_HEAD.size : _HEAD.unpack_from(data)[1]]):
         for inner, body in _chunks(content) if kind == _EDITOR else ():
             if inner == _MATERIAL:
                 material = _material(body)
                 materials[material.name] = material
-            elif inner == _OBJECT and geometry:
-                meshes += [mesh for part, mesh in _chunks(body[_text(body)[1] :]) if part == _MESH]
+            elif inner == _OBJECT:
+                for part, mesh in _chunks(body[_text(body)[1] :]):
+                    meshes += [mesh] if part == _MESH and geometry else []
+                    if part in others:
+                        others[part] += 1
     budget, placed = PlacingBudget(data, path), []
     for mesh in meshes:
         if (polygons := _polygons(mesh, materials, path)) is not None:
             budget.place(polygons)
             placed.append(Placed(polygons=polygons, matrix=Y_FROM_Z))
-    return Model(placed=placed, materials={name: each.entries for name, each in materials.items()})
+    return Model(
+        placed=placed,
+        materials={name: each.entries for name, each in materials.items()},
+        unread=unread_parts(lamps=others[_LAMP], cameras=others[_CAMERA]),
+    )
 
 
 def _chunks(content: memoryview) -> Iterator[_Chunk]:
