@@ -137,7 +137,7 @@ curves and lines are not read; `depthwalk info` lists the former.
 
 Pictures are found as those of OBJ files: by the path that the file has for them, or by their name alone, and only in
 its folder. The alpha of a picture cuts out if FBX or COLLADA name the same picture for the transparency. Normals of
-skins, and of 3DS and 3MF files, are made as for other files without any. Earlier FBX files, and nodes of COLLADA with
+3DS and 3MF files are made as for other files without any. Earlier FBX files, and nodes of COLLADA with
 a `skew`, are refused.
 
 The readers are this program's own. Of the libraries that read these formats, assimp (assimp-py 1.1.0) does not hand out

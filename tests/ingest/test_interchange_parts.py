@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from depthwalk.commands.cli import app
+from depthwalk.ingest.interchange.model import Polygons, posed
 from depthwalk.ingest.interchange.reader import parse
 from depthwalk.ingest.interchange.triangulation import triangulated
 from depthwalk.ingest.reader import read_soup
-from depthwalk.ingest.soup import Soup
+from depthwalk.ingest.soup import Soup, unit_normals
 from fuzz.interchange_files import Paint, Use, cube, dae, fbx, skinned_dae, skinned_fbx, three_ds, zipped
 
 BOX = [Use(name="a", shape=cube(), paint=Paint(name="a", picture="skin.png"))]
@@ -218,3 +219,25 @@ def test_info_lists_what_is_not_read(tmp_path: Path, capsys: pytest.CaptureFixtu
             app(["info", str(tmp_path / name)])
         assert not ended.value.code
         assert (f"not read                 {', '.join(expected)}" in capsys.readouterr().out) == bool(expected)
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 1), (2, 0.5, 1), (1, 1, -1)])
+def test_normals_turn_with_the_joints(scale: tuple[float, float, float]) -> None:
+    shape = cube()
+    polygons = Polygons(
+        positions=shape.positions,
+        vertex=shape.vertex,
+        sizes=np.array(shape.sizes),
+        normals=shape.normals,
+        material=np.zeros(6, np.int64),
+        names=(None,),
+    )
+    joint = Use(name="a", shape=shape, paint=Paint(name="a"), moved=(1, 2, 3), turned=(30, 40, 50), scaled=scale).matrix
+    rows = np.arange(8).repeat(2)
+    found = posed(polygons, rows, np.tile(joint[:3], (16, 1, 1)), np.tile([0.25, 0.5], 8), np.eye(4))
+    assert shape.normals is not None and found.normals is not None
+    np.testing.assert_allclose(found.positions, shape.positions @ joint[:3, :3].T + joint[:3, 3])
+    expected = shape.normals @ np.linalg.inv(joint[:3, :3])
+    np.testing.assert_allclose(unit_normals(found.normals), unit_normals(expected), atol=1e-12)
+    with pytest.raises(ValueError, match="missing"):
+        posed(polygons, rows + 1, np.tile(joint[:3], (16, 1, 1)), np.ones(16), np.eye(4))

@@ -132,11 +132,8 @@ class _Scene:
             if inner.tag == "skin" and meshes:
                 held = _Skin(inner, self._joints(use))
                 for mesh in meshes:
-                    vertices = held.posed(mesh.positions, frame)
-                    if vertices is None:
-                        self._add(mesh, _bound(use), matrix)
-                    else:
-                        self._add(replace(mesh, positions=vertices, normals=None), _bound(use), np.eye(4))
+                    moved = held.posed(mesh, frame)
+                    self._add(moved or mesh, _bound(use), np.eye(4) if moved else matrix)
                 return
             for mesh in meshes:
                 self._add(mesh, _bound(use), matrix)
@@ -165,8 +162,8 @@ class _Skin:
         self._skin, self._joints = skin, joints
         self._sources = {each.attributes.get("id", ""): each for each in skin.all("source")}
 
-    def posed(self, positions: NDArray[np.float64], frame: _Matrix) -> NDArray[np.float64] | None:
-        """Return vertices (V, 3) in the frame of the scene; None if joints are missing."""
+    def posed(self, mesh: Polygons, frame: _Matrix) -> Polygons | None:
+        """Return the polygons of a mesh in metres, y upward; None if joints are missing."""
         joints, influences = self._skin.find("joints"), self._skin.find("vertex_weights")
         shape = self._skin.find("bind_shape_matrix")
         if joints is None or influences is None:
@@ -188,14 +185,11 @@ class _Skin:
         per_pair = pairs.integers().reshape(-1, step)
         vertices = np.repeat(np.arange(len(counts.integers())), counts.integers())
         joint = per_pair[:, offsets["JOINT"]]
-        if len(vertices) != len(per_pair) or (len(vertices) and vertices[-1] >= len(positions)):
+        if len(vertices) != len(per_pair):
             raise ValueError("weights of vertices that are missing")
         held = joint >= 0  # -1: the vertex stays where the skin is bound
-        rest = positions @ (frame @ bind)[:3, :3].T + (frame @ bind)[:3, 3]
         parts = _floats(weights)[per_pair[:, offsets["WEIGHT"]]]
-        moved = posed(positions, vertices[held], matrices[joint[held]], parts[held])
-        is_held = np.bincount(vertices[held], parts[held], minlength=len(positions)) > 1e-9
-        return np.where(is_held[:, None], moved, rest)
+        return posed(mesh, vertices[held], matrices[joint[held]], parts[held], frame @ bind)
 
     def _input(self, element: Element, semantic: str) -> Element | None:
         use = next((each for each in element.all("input") if each.attributes.get("semantic") == semantic), None)

@@ -83,11 +83,11 @@ def _with_materials(polygons: Polygons, names: list[str | None]) -> Polygons:
 
 
 def _placed(scene: FbxScene, model: int, geometry: int, polygons: Polygons) -> Placed:
-    vertices = skinned(scene, geometry, polygons)
-    if vertices is not None:
-        # Joints move vertices, and turn normals less than what they are worth.
-        return Placed(polygons=replace(polygons, positions=vertices, normals=None), matrix=scene.file_from_scene)
-    return Placed(polygons=polygons, matrix=scene.file_from_scene @ scene.world(model) @ scene.geometric(model))
+    placing = scene.world(model) @ scene.geometric(model)
+    held = skinned(scene, geometry, polygons, placing)
+    if held is not None:
+        return Placed(polygons=held, matrix=scene.file_from_scene)
+    return Placed(polygons=polygons, matrix=scene.file_from_scene @ placing)
 
 
 class _Shelf:

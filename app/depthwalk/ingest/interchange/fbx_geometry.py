@@ -100,8 +100,11 @@ def _srgb8(colours: NDArray[np.float64]) -> NDArray[np.uint8]:
     return np.round(np.clip(np.nan_to_num(colours, nan=1.0), 0, 1) * 255).astype(np.uint8)
 
 
-def skinned(scene: FbxScene, geometry: int, polygons: Polygons) -> NDArray[np.float64] | None:
-    """Return the vertices (V, 3) of a geometry in the scene, as its joints stand; None if it has no joints."""
+def skinned(scene: FbxScene, geometry: int, polygons: Polygons, rest: NDArray[np.float64]) -> Polygons | None:
+    """Return the polygons of a geometry in the scene, as its joints stand; None if it has no joints.
+
+    `rest` (4, 4) places the vertices that no joint holds.
+    """
     rows, matrices, weights = [], [], []
     for skin in scene.connected(geometry, "Deformer"):
         for cluster in scene.connected(skin, "Deformer"):
@@ -117,7 +120,4 @@ def skinned(scene: FbxScene, geometry: int, polygons: Polygons) -> NDArray[np.fl
             matrices.append(np.broadcast_to(matrix, (len(index), 3, 4)))
     if not rows:
         return None
-    vertices = np.concatenate(rows)
-    if len(vertices) and not 0 <= vertices.min() <= vertices.max() < len(polygons.positions):
-        raise ValueError("a joint of vertices that are missing")
-    return posed(polygons.positions, vertices, np.concatenate(matrices), np.concatenate(weights))
+    return posed(polygons, np.concatenate(rows), np.concatenate(matrices), np.concatenate(weights), rest)

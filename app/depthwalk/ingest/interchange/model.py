@@ -1,7 +1,7 @@
 """Define what all readers of this package return: polygons, placed, and materials by name."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -129,30 +129,54 @@ class PlacingBudget:
 
 
 def posed(
-    positions: NDArray[np.float64], vertices: Ints, matrices: NDArray[np.float64], weights: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return vertices as joints hold them: means of where each joint would put them.
+    polygons: Polygons,
+    vertices: Ints,
+    matrices: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    rest: NDArray[np.float64],
+) -> Polygons:
+    """Return polygons as joints hold them, by linear blend skinning (Lewis et al. 2000, §2).
 
     Parameters
     ----------
-    positions
-        (V, 3) vertices at rest; those that no joint holds stay there.
+    polygons
+        The polygons where they are bound.
     vertices
-        (n,) rows of `positions`, one for each pair of a vertex and a joint.
+        (n,) rows of their vertices, one for each pair of a vertex and a joint.
     matrices
-        (n, 3, 4) where the joint puts the vertex, from its place at rest.
+        (n, 3, 4) what the joint makes of the vertex.
     weights
         (n,) the part that the joint has.
+    rest
+        (4, 4) what is made of vertices that no joint holds.
 
     Returns
     -------
-    numpy.ndarray
-        (V, 3).
+    Polygons
+        With the positions, and the normals if there are any, in the frame to which the matrices lead.
+
+    Raises
+    ------
+    ValueError
+        For vertices that are missing.
     """
-    total = np.bincount(vertices, weights, minlength=len(positions))
-    moved = np.einsum("nij,nj->ni", matrices[:, :, :3], positions[vertices]) + matrices[:, :, 3]
-    summed = [np.bincount(vertices, weights * axis, minlength=len(positions)) for axis in moved.T]
+    count = len(polygons.positions)
+    if len(vertices) and not 0 <= vertices.min() <= vertices.max() < count:
+        raise ValueError("a joint of vertices that are missing")
+    total = np.bincount(vertices, weights, minlength=count)
+    columns = (weights[:, None] * matrices.reshape(len(vertices), 12)).T
+    sums = np.stack([np.bincount(vertices, column, minlength=count) for column in columns], axis=1)
     held = total > 1e-9
-    result = positions.copy()
-    result[held] = np.stack(summed, axis=1)[held] / total[held, None]
-    return result
+    blended = np.tile(rest[:3], (count, 1, 1))
+    blended[held] = (sums[held] / total[held, None]).reshape(-1, 3, 4)
+    linear = blended[:, :, :3]
+    moved = np.einsum("vij,vj->vi", linear, polygons.positions) + blended[:, :, 3]
+    normals = polygons.normals
+    if normals is not None:
+        first, second, third = linear.transpose(1, 0, 2)
+        # The inverse, transposed, but for its length.
+        turns = np.stack([np.cross(second, third), np.cross(third, first), np.cross(first, second)], axis=1)
+        turns *= np.sign(np.linalg.det(linear))[:, None, None]
+        known = np.clip(polygons.vertex, 0, count - 1)  # they are not checked yet
+        normals = np.einsum("cij,cj->ci", turns[known], normals)
+    return replace(polygons, positions=moved, normals=normals)
