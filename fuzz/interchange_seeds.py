@@ -4,8 +4,12 @@ from dataclasses import replace
 from functools import cache
 
 from fuzz.case import Files
-from fuzz.interchange_files import Paint, Use, cube, dae, fbx, skinned_dae, skinned_fbx, three_ds, three_mf
+from fuzz.dae_files import dae, skinned_dae
+from fuzz.fbx_files import fbx, skinned_fbx
 from fuzz.seeds import HOSTILE, picture
+from fuzz.small_scenes import Paint, Use, cube
+from fuzz.three_ds_files import three_ds
+from fuzz.three_mf_files import three_mf
 
 
 @cache

@@ -9,7 +9,11 @@ import numpy as np
 from PIL import Image
 
 from fuzz.case import Files, write_files
-from fuzz.interchange_files import Paint, Use, cube, dae, fbx, obj, three_ds, three_mf
+from fuzz.dae_files import dae
+from fuzz.fbx_files import fbx
+from fuzz.small_scenes import Paint, Use, cube, obj
+from fuzz.three_ds_files import three_ds
+from fuzz.three_mf_files import three_mf
 
 Writer = Callable[[list[Use], Files], Files]
 

@@ -15,7 +15,10 @@ from depthwalk.ingest.reader import read_soup
 from depthwalk.ingest.soup import Soup
 from depthwalk.ingest.units import unit_hint
 from fuzz.case import write_files
-from fuzz.interchange_files import Paint, Use, cube, dae, fbx, three_mf
+from fuzz.dae_files import dae
+from fuzz.fbx_files import fbx
+from fuzz.small_scenes import Paint, Use, cube
+from fuzz.three_mf_files import three_mf
 from interchange_scenes import WRITERS, picture, scene, written
 
 EACH = pytest.mark.parametrize("kind", WRITERS)

@@ -13,7 +13,11 @@ from depthwalk.ingest.mesh_head import read_head
 from depthwalk.ingest.reader import read_soup
 from fuzz.bytes_changes import change_bytes
 from fuzz.case import Files
-from fuzz.interchange_files import Paint, Use, cube, dae, fbx, three_ds, three_mf, zipped
+from fuzz.dae_files import dae
+from fuzz.fbx_files import fbx
+from fuzz.small_scenes import Paint, Use, cube
+from fuzz.three_ds_files import three_ds
+from fuzz.three_mf_files import three_mf, zipped
 
 USES = [
     Use(name="one", shape=cube(), paint=Paint(name="a", colour=(0.5, 0.2, 0.1))),

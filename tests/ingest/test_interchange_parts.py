@@ -15,7 +15,11 @@ from depthwalk.ingest.interchange.reader import parse
 from depthwalk.ingest.interchange.triangulation import triangulated
 from depthwalk.ingest.reader import read_soup
 from depthwalk.ingest.soup import Soup, unit_normals
-from fuzz.interchange_files import Paint, Use, cube, dae, fbx, skinned_dae, skinned_fbx, three_ds, zipped
+from fuzz.dae_files import dae, skinned_dae
+from fuzz.fbx_files import fbx, skinned_fbx
+from fuzz.small_scenes import Paint, Use, cube
+from fuzz.three_ds_files import three_ds
+from fuzz.three_mf_files import zipped
 
 BOX = [Use(name="a", shape=cube(), paint=Paint(name="a", picture="skin.png"))]
 

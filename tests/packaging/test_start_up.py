@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from fuzz.interchange_files import skinned_dae
+from fuzz.dae_files import skinned_dae
 
 HEAVY = {
     "OpenEXR", "PIL", "embreex", "fast_simplification", "flip_evaluator", "glfw", "imageio_ffmpeg", "imgui_bundle",

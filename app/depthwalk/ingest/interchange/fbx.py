@@ -55,7 +55,7 @@ def parse_fbx(data: bytes, path: Path, geometry: bool) -> Model:
         for number in scene.connected(model, "Geometry"):
             if number not in meshes:
                 before = arrays.decoded
-                meshes[number] = read_polygons(scene.objects[number], [])
+                meshes[number] = read_polygons(scene.objects[number])
                 budget.decoded(arrays.decoded - before)
             if (polygons := meshes[number]) is not None:
                 budget.place(polygons)

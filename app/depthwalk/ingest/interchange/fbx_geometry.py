@@ -11,8 +11,8 @@ from depthwalk.ingest.interchange.model import Polygons, posed
 from depthwalk.types import Ints
 
 
-def read_polygons(node: Node, names: list[str | None]) -> Polygons | None:
-    """Return the polygons of a geometry whose models have the materials `names`; None if it has none.
+def read_polygons(node: Node) -> Polygons | None:
+    """Return the polygons of a geometry, without the names of their materials, which its models have; None if none.
 
     Raises ValueError and others for damaged data.
     """
@@ -31,8 +31,7 @@ def read_polygons(node: Node, names: list[str | None]) -> Polygons | None:
     material = layers.rows("LayerElementMaterial", "", "Materials", 1)
     of_polygons = np.zeros(len(sizes), np.int64)
     if material is not None:
-        first = material[ends - sizes, 0]
-        of_polygons = np.where((first >= 0) & (first < len(names)), first, 0).astype(np.int64)
+        of_polygons = np.nan_to_num(material[ends - sizes, 0], nan=-1.0).astype(np.int64)
     return Polygons(
         positions=vertices.astype(np.float64).reshape(-1, 3),
         vertex=vertex,
@@ -41,7 +40,7 @@ def read_polygons(node: Node, names: list[str | None]) -> Polygons | None:
         uv=layers.rows("LayerElementUV", "UV", "UVIndex", 2),
         colours=None if colours is None else _srgb8(colours[:, :3]),
         material=of_polygons,
-        names=tuple(names) or (None,),
+        names=(None,),
     )
 
 

@@ -66,7 +66,7 @@ class FbxScene:
         template = self._templates.get(self.kind(number), {})
         return next((table[name] for table in (given, template) for name in names if name in table), None)
 
-    def numbers(self, number: int, name: str, default: float, *, is_given: bool = False) -> NDArray[np.float64]:
+    def numbers(self, number: int, name: str, default: float) -> NDArray[np.float64]:
         """Return a property of three numbers, (3,); `default` for each if the object has none."""
         found = self.value(number, name)
         if found is None or len(found) < 3:
