@@ -141,11 +141,12 @@ and 3MF files are made as for other files without any. Earlier FBX files, and no
 refused.
 
 The readers are this program's own. Of the libraries that read these formats, assimp (assimp-py 1.1.0) does not hand out
-embedded pictures, opens files by itself, and crashed on 24 of 700 damaged 3MF files; the Python binding of ufbx (0.0.5)
-frees objects that are still in use, so that files without any fault end the process. Both served to compare with
-(November 2026): 42 FBX files have the same triangles and bounding box by ufbx, and 34 of 41 others by assimp, which
-poses no skins, moves 3D Studio's objects by their keyframes, drops faces without area, and knows neither parts nor
-units of 3MF files. X, LWO, AMF and DXF files, which assimp reads, too, are rare; save them as `.glb`.
+embedded pictures, opens files by itself, and crashes on a 3MF file of its own tests whose indices are too large; the
+Python binding of ufbx (0.0.5) frees objects that are still in use, so that files without any fault end the process.
+Both served to compare with (November 2026): 42 FBX files have the same triangles and bounding box by ufbx, and 34 of 41
+others by assimp, which poses no skins, moves 3D Studio's objects by their keyframes, drops faces without area, and
+knows neither parts nor units of 3MF files. X, LWO, AMF and DXF files, which assimp reads, too, are rare; save them as
+`.glb`.
 """
 _ANIMATION = """Any node can move: a wheel turns, a group of figures goes around, a lift stops at each floor.
 
