@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -38,6 +38,8 @@ class Planned:
     rows: list[int]
     rule: Any
     provisional: bool = False
+    origin: Any = field(default=None, compare=False)
+    entering: Any = field(default=None, compare=False)
 
 
 @pytest.fixture

@@ -1,7 +1,7 @@
 """Plan the shadow maps of a frame: which maps of sun and lamps it has, and what is drawn into each."""
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -21,6 +21,7 @@ from depthwalk.render.shadows.casters import (
     sees_same,
     shadow_map,
 )
+from depthwalk.render.shadows.scrolled_map import MapOrigin, moved_texels, reach_beyond
 from depthwalk.render.shadows.seen_prism import SeenPrism
 from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot, shadow_lamps
 from depthwalk.render.view.view import View
@@ -240,6 +241,8 @@ class ShadowPlanner:
         rows: (m,) of the casters on the GPU. moving: (k,) rows that move by themselves, and are not among these.
         """
         map_ = self._still_map(number, view, rows, detail, is_resident, self._changes(moving))
+        if isinstance(view, Cascade):
+            map_ = replace(map_, entering=self._entering(map_, rows, detail, is_resident))
         if not len(moving):
             return map_
         rule = _rule(detail, is_resident)
@@ -251,6 +254,27 @@ class ShadowPlanner:
             return MovingCasters(map=drawn, rectangle=shown.rectangle(bounds.take(cast)))
 
         return replace(map_, moving=of_view)
+
+    def _entering(
+        self, map_: ShadowMap, rows: Rows, detail: _Detail, is_resident: IsResident
+    ) -> Callable[[ShadowMap], ShadowMap | None]:
+        """Return what plans the casters of a map of the sun that an earlier one does not show whole.
+
+        rows: (m,) of all its casters.
+        """
+
+        def since(before: ShadowMap) -> ShadowMap | None:
+            view, was, origin = map_.view, before.view, before.origin
+            if not (isinstance(view, Cascade) and isinstance(was, Cascade)) or before.provisional:
+                return None
+            if origin is None or map_.origin is None or moved_texels(view, was) is None:
+                return None
+            beyond = reach_beyond(view, was, self._world.bounds().take(rows))
+            if not origin.casts_same(map_.origin, rows[~beyond]):
+                return None
+            return shadow_map(view, rows[beyond], self._world.arrays(), _rule(detail, is_resident), detail.chooses)
+
+        return since
 
     def _still_map(
         self,
@@ -278,6 +302,7 @@ class ShadowPlanner:
             return answer
 
         map_ = shadow_map(view, rows, self._world.arrays(), _rule(detail, noted), detail.chooses)
+        map_ = replace(map_, origin=MapOrigin(changes=changes, detail=detail, rows=rows, asked=asked))
         self._planned[number] = _Planned(map=map_, changes=changes, resident=rows, detail=detail, asked=asked)
         return map_
 

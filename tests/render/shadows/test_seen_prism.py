@@ -136,6 +136,7 @@ def test_a_map_that_may_wait_is_drawn_over_several_frames(gl_device: Device, mon
     for most in (10**9, 1):
         monkeypatch.setattr("depthwalk.render.renderer._SHADOW_TRIANGLES", most)
         monkeypatch.setattr("depthwalk.render.passes.shadows.PART_TRIANGLES", 2000)
+        monkeypatch.setattr("depthwalk.render.shadow_planner.moved_texels", lambda view, before: None)  # drawn whole
         with OnScreen(gl_device, colonnade(), library, SIZE) as stage:
             stage.renderer.remembers = True
             drawn.append([stage.draw(view) for view in (*views, *[views[-1]] * 40)])

@@ -21,6 +21,7 @@ from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.shadows.cascades import Cascade
 from depthwalk.render.shadows.casters import Rectangle, ShadowMap
 from depthwalk.render.shadows.moving_shadows import MovingShadows
+from depthwalk.render.shadows.scrolled_map import moved_texels
 from depthwalk.render.shadows.shadow_atlas import ShadowAtlas
 from depthwalk.render.shadows.sun_uniforms import COLUMNS, LampMaps, SunMaps
 from depthwalk.render.view.view_block import MAP_VIEW, ViewBlock
@@ -32,10 +33,14 @@ _CLAMPED = (DEPTH_CLAMP,)  # casters in front of the near plane of a map of the 
 
 @dataclass(frozen=True, kw_only=True)
 class _UnfinishedMap:
-    """Hold a map that is drawn over several frames, the tile that it goes to, and what is still to be drawn."""
+    """Hold a map that is drawn over several frames, the tile that it goes to, and what is still to be drawn.
+
+    drawn: all that is drawn, beside what is copied from the map before; rest: what is left of its depth images.
+    """
 
     tile: int
     map: ShadowMap
+    drawn: ShadowMap
     rest: list[DrawList]
 
 
@@ -194,10 +199,10 @@ class ShadowsPass(Pass[ShadowParams]):
         rest, triangles = unfinished.rest, frame.shadows.portion
         count = len(rest) if triangles is None else max(triangles // PART_TRIANGLES, 1)
         portion, rest[:count] = rest[:count], []
-        yield from self._draw_parts(frame, unfinished.map, portion, self._beside.framebuffer(0), _CLAMPED)
+        yield from self._draw_parts(frame, unfinished.drawn, portion, self._beside.framebuffer(0), _CLAMPED)
         if rest:
             return
-        self._finish(frame, unfinished.map, self._beside.framebuffer(0), _CLAMPED)
+        self._finish(frame, unfinished.drawn, self._beside.framebuffer(0), _CLAMPED)
         yield
         self._of_sun.begin(unfinished.tile, unfinished.map)
         target = self._of_sun.framebuffer(unfinished.tile)
@@ -221,7 +226,33 @@ class ShadowsPass(Pass[ShadowParams]):
         shadow_map = waiting[tile]
         self._beside.fit(1, shadow_map.view.resolution).compare_func = ""  # it is copied, not compared with
         self._beside.begin(0, shadow_map)
-        return _UnfinishedMap(tile=tile, map=shadow_map, rest=list(shadow_map.grids.parts(PART_TRIANGLES)))
+        drawn = self._kept(tile, shadow_map) or shadow_map
+        return _UnfinishedMap(tile=tile, map=shadow_map, drawn=drawn, rest=list(drawn.grids.parts(PART_TRIANGLES)))
+
+    def _kept(self, tile: int, shadow_map: ShadowMap) -> ShadowMap | None:
+        """Copy what a map keeps of the one that its tile shows, and return what is to be drawn besides.
+
+        None where it keeps nothing.
+        """
+        before = self._of_sun.shown(tile)
+        entering = None if shadow_map.entering is None else shadow_map.entering(before)
+        if entering is None or not (isinstance(shadow_map.view, Cascade) and isinstance(before.view, Cascade)):
+            return None
+        moved = moved_texels(shadow_map.view, before.view)
+        assert moved is not None  # as `entering` has found
+        (right, up), side = moved, shadow_map.view.resolution
+        source, target = self._of_sun.framebuffer(tile), self._beside.framebuffer(0)
+        left, bottom = source.viewport[:2]
+        assert self._of_sun.texture is not None
+        self._of_sun.texture.compare_func = ""  # it is copied, not compared with
+        self._of_sun.texture.use(0)
+        self._copy.set(map_texture=0, corner=(-left - right, -bottom - up))
+        target.scissor = max(-right, 0), max(-up, 0), side - abs(right), side - abs(up)
+        with self.gl.state(into=target, depth_test=ALWAYS):
+            self._copy.fill()
+        target.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", which its stubs forget
+        self._of_sun.texture.compare_func = "<="
+        return entering
 
     def _draw_parts(
         self,

@@ -16,6 +16,7 @@ from depthwalk.render.lod.fallback_rule import MeshFallbackRule
 from depthwalk.render.lod.selection import affordable_level, error_level
 from depthwalk.render.resources.placed_records import placed_records
 from depthwalk.render.shadows.cascades import DEPTH, Cascade
+from depthwalk.render.shadows.scrolled_map import MapOrigin
 from depthwalk.render.shadows.spot_maps import Spot
 from depthwalk.render.view.bounds import Bounds, object_bounds
 from depthwalk.render.world.asset_table import AssetTable
@@ -62,6 +63,11 @@ class ShadowMap:
     moving
         Plans those of its casters that move by themselves, for the view of the map that is shown; None: none does, or
         they are among the others.
+    origin
+        What it was planned from; None for maps of which no later one keeps a part.
+    entering
+        Plans, for an earlier map, what is drawn beside the texels that this one keeps of it; its result is None where
+        it can keep none.
     """
 
     view: LightView
@@ -69,6 +75,8 @@ class ShadowMap:
     meshes: DrawList
     provisional: bool = False
     moving: Callable[[LightView], MovingCasters] | None = field(default=None, compare=False)
+    origin: MapOrigin | None = field(default=None, compare=False)
+    entering: Callable[["ShadowMap"], "ShadowMap | None"] | None = field(default=None, compare=False)
 
     @property
     def triangles(self) -> int:
