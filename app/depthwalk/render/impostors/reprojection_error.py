@@ -124,9 +124,10 @@ def due(error: Array, triangles: Rows, area: Array, budget: int) -> Mask:
     turn improves the picture most for what it costs, until `budget` triangles are used up.
 
     A tile that costs c triangles, covers the area a and whose error grows by v in a frame has, if it is warped every p
-    frames, the mean error p·v/2. The sum of a·p·v/2 over all tiles is least, for a given sum of c/p, if p is
-    proportional to √(c/(a·v)). So with equal v the tile whose e·√(a/c) is greatest is the most overdue. If errors alone
-    decided, a few trees would use up the budget, while the flags of a path, of a few triangles each, drift apart.
+    frames, the mean error p·v/2. It shows along the tile's outline, whose length grows with √a. The sum of √a·p·v/2
+    over all tiles is least, for a given sum of c/p, if p is proportional to √(c/(√a·v)). So with equal v the tile whose
+    e·√(√a/c) is greatest is the most overdue. If errors alone decided, or the whole area, a few trees would use up the
+    budget, while the flags of a path, of a few triangles each, drift apart.
 
     Parameters
     ----------
@@ -142,7 +143,7 @@ def due(error: Array, triangles: Rows, area: Array, budget: int) -> Mask:
     chosen = error > HARDEST
     late = ((error > 1) & ~chosen).nonzero()[0]
     if len(late):
-        overdue = error[late] * np.sqrt(area[late] / np.maximum(triangles[late], 1))
+        overdue = error[late] * np.sqrt(np.sqrt(area[late]) / np.maximum(triangles[late], 1))
         worst = late[np.argsort(-overdue, kind="stable")]
         left = budget - int(triangles[chosen].sum())
         chosen[worst[np.cumsum(triangles[worst]) <= left]] = True
