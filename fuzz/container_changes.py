@@ -7,6 +7,7 @@ import struct
 import tempfile
 import zipfile
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -71,8 +72,7 @@ def change_npy(data: bytes, rng: random.Random) -> bytes:
 
 def change_npz(data: bytes, rng: random.Random) -> bytes:
     """Return an archive of arrays with one of them changed, left out or stored under another's name."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        members = {name: archive.read(name) for name in archive.namelist()}
+    members = _members(data)
     name = rng.choice(list(members))
     match rng.randrange(10):
         case 0:
@@ -86,6 +86,17 @@ def change_npz(data: bytes, rng: random.Random) -> bytes:
             members[name] = _changed_document(members[name], rng)
         case _:
             members[name] = change_npy(members[name], rng)
+    return _archive(members, rng)
+
+
+def _members(data: bytes) -> dict[str, bytes]:
+    """Return the files in an archive by their names."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def _archive(members: Mapping[str, bytes], rng: random.Random) -> bytes:
+    """Return an archive of files, compressed or not."""
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", rng.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED))) as archive:
         for key, value in members.items():
@@ -103,8 +114,7 @@ def _changed_document(member: bytes, rng: random.Random) -> bytes:
 
 def change_zip(data: bytes, rng: random.Random) -> bytes:
     """Return an archive with one of its files changed, left out or stored under another's name."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        members = {name: archive.read(name) for name in archive.namelist()}
+    members = _members(data)
     name = rng.choice(list(members))
     match rng.randrange(12):
         case 0:
@@ -115,11 +125,7 @@ def change_zip(data: bytes, rng: random.Random) -> bytes:
             members[name] = change_bytes(members[name], rng)
         case _:
             members[name] = change_text(members[name], rng, THREE_MF)
-    file = io.BytesIO()
-    with zipfile.ZipFile(file, "w", rng.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED))) as archive:
-        for key, value in members.items():
-            archive.writestr(key, value)
-    return file.getvalue()
+    return _archive(members, rng)
 
 
 def change_png(data: bytes, rng: random.Random) -> bytes:

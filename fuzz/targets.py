@@ -34,6 +34,7 @@ from fuzz.container_changes import change_exr, change_glb, change_npy, change_np
 from fuzz.tree_changes import change_json, change_yaml
 
 INGEST = ("depthwalk.ingest",)
+INTERCHANGE = (*INGEST, "depthwalk.ingest.interchange")
 
 
 class _Options(TypedDict, total=False):
@@ -222,7 +223,7 @@ TARGETS = (
         name="fbx",
         seeds=interchange_seeds.fbxs,
         read=read_mesh,
-        modules=(*INGEST, "depthwalk.ingest.interchange"),
+        modules=INTERCHANGE,
         words=dictionary.FBX,
         changes={".fbx": (change_text,), **_PNG},
     ),
@@ -230,7 +231,7 @@ TARGETS = (
         name="dae",
         seeds=interchange_seeds.daes,
         read=read_mesh,
-        modules=(*INGEST, "depthwalk.ingest.interchange"),
+        modules=INTERCHANGE,
         words=dictionary.DAE,
         changes={".dae": (change_text,), **_PNG},
     ),
@@ -238,7 +239,7 @@ TARGETS = (
         name="3ds",
         seeds=interchange_seeds.three_dss,
         read=read_mesh,
-        modules=(*INGEST, "depthwalk.ingest.interchange"),
+        modules=INTERCHANGE,
         words=dictionary.THREE_DS,
         changes=_PNG,
     ),
@@ -246,7 +247,7 @@ TARGETS = (
         name="3mf",
         seeds=interchange_seeds.three_mfs,
         read=read_mesh,
-        modules=(*INGEST, "depthwalk.ingest.interchange"),
+        modules=INTERCHANGE,
         words=dictionary.THREE_MF,
         changes={".3mf": (change_zip, change_zip)},
     ),

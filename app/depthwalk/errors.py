@@ -88,6 +88,11 @@ def suggest(word: str, choices: Iterable[str]) -> str:
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
+def reason(error: Exception) -> str:
+    """Return what an `error` says that is not written for users, with its kind, on one line of at most 100 letters."""
+    return " ".join(f"{type(error).__name__}: {error}".split())[:100]
+
+
 def counted(number: int, noun: str) -> str:
     """Return a number with a noun that takes an s for any but one: `1 model`, `12,000 triangles`."""
     return f"{number:,} {noun}{'' if number == 1 else 's'}"

@@ -25,7 +25,7 @@ INSTANCING = "EXT_mesh_gpu_instancing"
 _UNLIT = "KHR_materials_unlit"
 _STRENGTH, _TRANSMISSION = "KHR_materials_emissive_strength", "KHR_materials_transmission"
 _MIRRORED = 0.08  # part of the light that a pane of glass with refractive index 1.5 reflects: 4 % on either face
-POINTS, LINES = 0, 1  # modes of primitives; loops and strips of lines are 2 and 3
+POINTS = 0  # mode of primitives of separate points; lines, loops and strips of lines are 1 to 3
 TRIANGLES = 4  # mode of primitives of separate triangles; strips and fans make one triangle per further corner
 _FIRST = " but 1.0; gltf-pipeline, for example, converts it"
 

@@ -11,17 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.colour import srgb8_from_linear
-from depthwalk.errors import InputError, counted, quoted
+from depthwalk.errors import counted
 from depthwalk.ingest.gltf import POINTS, TRIANGLES, check_header, object_under, objects_under, read_header
 from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_draco import decompress
 from depthwalk.ingest.gltf_geometry import express
 from depthwalk.ingest.gltf_pose import world_matrices
-from depthwalk.ingest.gltf_sizes import buffer_bytes, check_placed_size
+from depthwalk.ingest.gltf_sizes import buffer_bytes, check_placed_size, read_buffer
 from depthwalk.ingest.point_cloud import PointCloud, joined_clouds
-from depthwalk.ingest.soup import unit_normals
-from depthwalk.ingest.sources import Sources, find
+from depthwalk.ingest.soup import srgb8_from_file, unit_normals
+from depthwalk.ingest.sources import Sources
 
 log = logging.getLogger(__name__)
 
@@ -59,13 +58,7 @@ def read_gltf_points(data: bytes, path: Path, sources: Sources) -> PointCloud | 
         return None
     check_header(header, path)
     length = len(data) + buffer_bytes(header, path, sources)
-
-    def read(uri: str) -> bytes:
-        if (file := find(uri, [path.parent], sources)) is None:
-            raise InputError(f"{path}: buffer {quoted(uri)} is missing or outside the folder")
-        return sources.read(file)
-
-    accessors = Accessors(header, data, read)
+    accessors = Accessors(header, data, lambda uri: read_buffer(uri, path, sources))
     decompress(header, accessors, path)
     check_placed_size(header, length + sum(map(len, accessors.added.values())), path)
     express(header, accessors)
@@ -157,12 +150,8 @@ def _colours(primitive: _Primitive, count: int, header: Header, accessors: Acces
     material = header["materials"][primitive["material"]] if "material" in primitive else {}
     factor = np.array(object_under(material, "pbrMetallicRoughness").get("baseColorFactor", (1, 1, 1, 1))[:3], float)
     if "COLOR_0" not in primitive["attributes"]:
-        return None if (factor == 1).all() else np.tile(_srgb8(factor[None]), (count, 1))
+        return None if (factor == 1).all() else np.tile(srgb8_from_file(factor[None]), (count, 1))
     values = accessors.read(primitive["attributes"]["COLOR_0"], count)[:, :3]
     if values.dtype.kind == "u":  # not marked as normalised, which glTF asks for
         values = values / np.iinfo(values.dtype).max
-    return _srgb8(values * factor)
-
-
-def _srgb8(linear: NDArray[Any]) -> NDArray[np.uint8]:
-    return srgb8_from_linear(np.nan_to_num(linear, nan=0.0, posinf=1.0, neginf=0.0))
+    return srgb8_from_file(values * factor)

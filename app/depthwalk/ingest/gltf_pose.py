@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.quaternions import matrices
+from depthwalk.geometry.vectors import normal_matrices
 from depthwalk.ingest.gltf import mesh_size
 from depthwalk.ingest.gltf_accessors import Accessors
 
@@ -153,7 +154,7 @@ def _posed(
             linear, offset = _blended(attributes, skin, count, accessors)
             values["POSITION"] = np.einsum("nij,nj->ni", linear, values["POSITION"]) + offset
             if "NORMAL" in values:
-                values["NORMAL"] = np.einsum("nij,nj->ni", _for_normals(linear), values["NORMAL"])
+                values["NORMAL"] = np.einsum("nij,nj->ni", normal_matrices(linear), values["NORMAL"])
         attributes |= {name: accessors.add(value.astype(np.float32)) for name, value in values.items()}
     return {key: value for key, value in primitive.items() if key != "targets"} | {"attributes": attributes}
 
@@ -178,10 +179,3 @@ def _blended(
     whole /= np.where(total > 0, total, 1)[:, None, None]
     whole[total <= 0] = np.eye(3, 4)
     return whole[..., :3], whole[..., 3]
-
-
-def _for_normals(linear: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the matrices (N, 3, 3) that turn normals as `linear` (N, 3, 3) turns surfaces, up to their length."""
-    x, y, z = (linear[..., column] for column in range(3))
-    cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=-1)
-    return np.asarray(cofactors * np.sign(np.einsum("ni,ni->n", x, np.cross(y, z)))[:, None, None])

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.errors import InputError, quoted
+from depthwalk.errors import InputError, reason
 from depthwalk.ingest import gltf
 from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_animations import Movement, read_animation
@@ -23,8 +23,9 @@ from depthwalk.ingest.gltf_draco import decompress
 from depthwalk.ingest.gltf_lights import LIGHTS, PlacedCamera, PlacedLight, cameras, lights
 from depthwalk.ingest.gltf_models import Models, PlacedModel, index_of
 from depthwalk.ingest.gltf_pose import is_posed, pose, posed_size, top_nodes, world_matrices
+from depthwalk.ingest.gltf_sizes import read_buffer
 from depthwalk.ingest.soup import check_mesh_memory
-from depthwalk.ingest.sources import Sources, find
+from depthwalk.ingest.sources import Sources
 
 Header = dict[str, Any]
 _Matrices = NDArray[np.float64]  # (…, 4, 4)
@@ -82,15 +83,9 @@ def read_gltf_scene(path: Path, sources: Sources) -> GltfScene:
     """
     data = sources.read(path)
     header = gltf.read_header(data, path)
-
-    def read(uri: str) -> bytes:
-        if (file := find(uri, [path.parent], sources)) is None:
-            raise InputError(f"{path}: buffer {quoted(uri)} is missing or outside the folder")
-        return sources.read(file)
-
     with damaged(path):
         gltf.check_header(header, path, known=gltf.INSTANCING)
-        accessors = Accessors(header, data, read)
+        accessors = Accessors(header, data, lambda uri: read_buffer(uri, path, sources))
         decompress(header, accessors, path)
         if is_posed(header):
             check_mesh_memory(*posed_size(header), path)
@@ -103,8 +98,7 @@ def damaged(path: Path) -> Iterator[None]:
     try:
         yield
     except (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError) as error:
-        reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
-        raise InputError(f"{path}: damaged, truncated or an unsupported kind of glTF ({reason})") from error
+        raise InputError(f"{path}: damaged, truncated or an unsupported kind of glTF ({reason(error)})") from error
 
 
 def _read(header: Header, accessors: Accessors, length: int) -> GltfScene:

@@ -1,4 +1,4 @@
-"""Determine how much a glTF file takes to read, before any of it is decoded."""
+"""Read the buffers of glTF files, and determine how much these take to read, before any of it is decoded."""
 
 from collections import Counter
 from pathlib import Path
@@ -9,6 +9,16 @@ from depthwalk.ingest.gltf import external_uris, mesh_size
 from depthwalk.ingest.soup import check_mesh_memory
 from depthwalk.ingest.sources import Sources, find
 from depthwalk.limits import MAX_COPIED_TRIANGLES
+
+
+def read_buffer(uri: str, path: Path, sources: Sources) -> bytes:
+    """Return the contents of a file that holds a buffer of the glTF file `path`, beside which it is found by its URI.
+
+    Raises InputError, `path: defect`, if it is missing.
+    """
+    if (file := find(uri, [path.parent], sources)) is None:
+        raise InputError(f"{path}: buffer {quoted(uri)} is missing or outside the folder")
+    return sources.read(file)
 
 
 def buffer_bytes(header: dict[str, Any], path: Path, sources: Sources) -> int:
@@ -33,12 +43,7 @@ def buffer_bytes(header: dict[str, Any], path: Path, sources: Sources) -> int:
     InputError
         `path: defect` for a buffer that is missing.
     """
-    length = 0
-    for uri in external_uris(header, "buffers"):
-        if (file := find(uri, [path.parent], sources)) is None:
-            raise InputError(f"{path}: buffer {quoted(uri)} is missing or outside the folder")
-        length += len(sources.read(file))
-    return length
+    return sum(len(read_buffer(uri, path, sources)) for uri in external_uris(header, "buffers"))
 
 
 def placed_size(header: dict[str, Any]) -> tuple[int, int]:

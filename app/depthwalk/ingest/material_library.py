@@ -32,8 +32,8 @@ _HEIGHT_BYTES = 32  # per texel while a height map is converted
 class MaterialLibrary:
     """Convert the materials of a mesh, each when it is first requested.
 
-    Every texture that a material names is checked at first, whether or not it is used: a scene that
-    works must not fail once an object is given another of the materials.
+    Every texture that a material names is checked at first, whether or not it is used: a scene that works must not fail
+    once an object is given another of the materials.
     """
 
     def __init__(

@@ -137,6 +137,11 @@ def phong_from_mtl(
     )
 
 
+def plain_material(coloured: bool) -> Material:
+    """Return the material of surfaces without one: grey, or white where vertices have colours, as it tints these."""
+    return Material(base_colour=WHITE) if coloured else Material()
+
+
 def without_light(material: Material) -> Material:
     """Return a material of the same colour and alpha that is shown without light, see `Material.unlit`."""
     return replace(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, reason
 from depthwalk.ingest import gltf
 from depthwalk.ingest.formats import INTERCHANGE_SUFFIXES
 from depthwalk.ingest.gltf_geometry import is_other_geometry
@@ -128,8 +128,7 @@ def _interchange_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
     except InputError:
         raise
     except Exception as error:  # damaged data
-        reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
-        raise InputError(f"{path}: damaged or truncated ({reason})") from error
+        raise InputError(f"{path}: damaged or truncated ({reason(error)})") from error
 
 
 def _head_of(

@@ -12,8 +12,7 @@ from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
 from depthwalk.geometry.triangles import row_ids
 from depthwalk.ingest.formats import LAS_SUFFIXES
-from depthwalk.ingest.materials import WHITE
-from depthwalk.ingest.mesh import Material
+from depthwalk.ingest.materials import plain_material
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count
 from depthwalk.types import Rows
 
@@ -127,5 +126,5 @@ def cloud_soup(cloud: PointCloud, path: Path, *, warns: bool = True) -> Soup:
         uv=np.full((count, 2), np.nan),
         faces=faces,
         material=np.zeros(len(faces), np.int64),
-        materials=(Material() if cloud.colours is None else Material(base_colour=WHITE),),
+        materials=(plain_material(cloud.colours is not None),),
     )

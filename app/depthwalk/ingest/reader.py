@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, reason
 from depthwalk.geometry.distinct import distinct_numbers
 from depthwalk.ingest.formats import GLTF_SUFFIXES, INTERCHANGE_SUFFIXES, LAS_SUFFIXES, check_suffix
-from depthwalk.ingest.materials import WHITE
+from depthwalk.ingest.materials import plain_material
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.mtl import material_libraries
 from depthwalk.ingest.obj import Indices, ObjMesh, parse_obj
@@ -95,9 +95,8 @@ def _told_as_damaged(path: Path) -> Iterator[None]:
     except InputError:
         raise
     except Exception as error:  # trimesh does not document what its parsers raise on damaged data
-        reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
         kind = path.suffix[1:].upper()
-        raise InputError(f"{path}: damaged, truncated or an unsupported kind of {kind} ({reason})") from error
+        raise InputError(f"{path}: damaged, truncated or an unsupported kind of {kind} ({reason(error)})") from error
 
 
 def _read_any(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud:
@@ -248,7 +247,7 @@ def _triangles(mesh: ObjMesh) -> tuple[Indices, Indices]:
 
 def _materials(mesh: ObjMesh, data: bytes, path: Path, sources: Sources) -> tuple[Indices, tuple[Material, ...]]:
     """Return the number of each group's material (G,), and the materials, last group first."""
-    default = Material(base_colour=WHITE) if mesh.colours is not None else Material()
+    default = plain_material(mesh.colours is not None)
     found: list[Material | None] = [None] * len(mesh.material_names)
     if libraries := material_libraries(data, path, sources):
         from depthwalk.ingest.material_library import MaterialLibrary

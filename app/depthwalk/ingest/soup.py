@@ -1,12 +1,15 @@
 """Define the triangles of a mesh file as stored, before they are turned, scaled and given normals."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
+from depthwalk.colour import srgb8_from_linear
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import GLTF_SUFFIXES
 from depthwalk.ingest.mesh import Material
@@ -75,11 +78,32 @@ class Soup:
         )
 
 
+def joined_soups(pieces: Sequence[Soup], materials: Iterable[Material]) -> Soup:
+    """Return the triangles of all `pieces`, at least one, whose numbers of materials count in `materials`."""
+    ends = np.cumsum([len(piece.positions) for piece in pieces])
+    return Soup(
+        positions=np.concatenate([piece.positions for piece in pieces]),
+        normals=np.concatenate([piece.normals for piece in pieces]),
+        colours=np.concatenate([piece.colours for piece in pieces]),
+        uv=np.concatenate([piece.uv for piece in pieces]),
+        faces=np.concatenate(
+            [piece.faces + (end - len(piece.positions)) for piece, end in zip(pieces, ends, strict=True)]
+        ),
+        material=np.concatenate([piece.material for piece in pieces]),
+        materials=tuple(materials),
+    )
+
+
 def unit_normals(normals: NDArray[np.float64]) -> NDArray[np.float64]:
     """Scale `normals` (V, 3) to unit length; rows that are zero or of infinite length become NaN."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         return np.where(np.isfinite(lengths) & (lengths > 1e-6), normals / lengths, np.nan)
+
+
+def srgb8_from_file(linear: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return the 8-bit sRGB values (…) of the linear values (…) of a file, of which NaN counts as 0."""
+    return srgb8_from_linear(np.nan_to_num(linear, nan=0.0, posinf=1.0, neginf=0.0))
 
 
 def check_mesh_memory(vertices: int, triangles: int, path: Path) -> None:

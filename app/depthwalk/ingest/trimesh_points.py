@@ -9,9 +9,8 @@ from trimesh import PointCloud as TrimeshPoints
 from trimesh import Trimesh
 from trimesh.visual.color import to_rgba
 
-from depthwalk.colour import srgb8_from_linear
 from depthwalk.ingest.point_cloud import PointCloud, joined_clouds
-from depthwalk.ingest.soup import unit_normals
+from depthwalk.ingest.soup import srgb8_from_file, unit_normals
 from depthwalk.types import Array
 
 
@@ -52,7 +51,7 @@ def srgb_colours(values: NDArray[Any], *, linear: bool) -> NDArray[np.uint8]:
     if not linear:
         return to_rgba(np.array(values))[:, :3].astype(np.uint8)
     unit = values[:, :3] / 255.0 if values.dtype == np.uint8 else values[:, :3]  # dividing a signalling NaN warns
-    return srgb8_from_linear(np.nan_to_num(unit, nan=0.0, posinf=1.0, neginf=0.0))
+    return srgb8_from_file(unit)
 
 
 def _file_normals(points: TrimeshPoints) -> NDArray[np.float64]:

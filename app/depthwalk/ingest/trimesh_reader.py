@@ -30,11 +30,11 @@ from depthwalk.ingest.gltf_points import warn_of_undrawn
 from depthwalk.ingest.gltf_sizes import buffer_bytes, check_placed_size
 from depthwalk.ingest.gltf_textures import warn_of_missing_textures
 from depthwalk.ingest.image import TextureDecoder, open_image
-from depthwalk.ingest.materials import WHITE, convert_material, without_light
+from depthwalk.ingest.materials import convert_material, plain_material, without_light
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.ply import with_usual_colours
 from depthwalk.ingest.point_cloud import PointCloud
-from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
+from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, joined_soups, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8, find, texture_name
 from depthwalk.ingest.trimesh_points import joined_points, ply_columns, srgb_colours
 
@@ -246,7 +246,7 @@ class _Palette:
                 key = coloured
         if key not in self.numbers:
             self.numbers[key] = len(self.materials)
-            self.materials.append(material or (Material(base_colour=WHITE) if coloured else Material()))
+            self.materials.append(material or plain_material(coloured))
         return self.numbers[key]
 
 
@@ -254,18 +254,7 @@ def _joined(placed: _Placed, path: Path, *, linear_colours: bool) -> Soup:
     """Merge all meshes into one, in the frame of the scene."""
     palette = _Palette(path)
     pieces = [_piece(mesh, matrix, palette, linear_colours) for mesh, matrix in placed]
-    ends = np.cumsum([len(piece.positions) for piece in pieces])
-    return Soup(
-        positions=np.concatenate([piece.positions for piece in pieces]),
-        normals=np.concatenate([piece.normals for piece in pieces]),
-        colours=np.concatenate([piece.colours for piece in pieces]),
-        uv=np.concatenate([piece.uv for piece in pieces]),
-        faces=np.concatenate(
-            [piece.faces + (end - len(piece.positions)) for piece, end in zip(pieces, ends, strict=True)]
-        ),
-        material=np.concatenate([piece.material for piece in pieces]),
-        materials=tuple(palette.materials),
-    )
+    return joined_soups(pieces, palette.materials)
 
 
 def _piece(mesh: trimesh.Trimesh, matrix: NDArray[np.float64], palette: _Palette, linear_colours: bool) -> Soup:

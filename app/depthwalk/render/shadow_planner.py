@@ -13,6 +13,7 @@ from depthwalk.render.lighting.irradiance import Lighting
 from depthwalk.render.lod.fallback_rule import IsResident, MeshFallbackRule
 from depthwalk.render.shadows.cascades import Cascade, fit_cascades, shadow_extent
 from depthwalk.render.shadows.casters import (
+    EnteringCasters,
     LightView,
     MovingCasters,
     ShadowMap,
@@ -257,22 +258,25 @@ class ShadowPlanner:
 
     def _entering(
         self, map_: ShadowMap, rows: Rows, detail: _Detail, is_resident: IsResident
-    ) -> Callable[[ShadowMap], ShadowMap | None]:
+    ) -> Callable[[ShadowMap], EnteringCasters | None]:
         """Return what plans the casters of a map of the sun that an earlier one does not show whole.
 
         rows: (m,) of all its casters.
         """
 
-        def since(before: ShadowMap) -> ShadowMap | None:
+        def since(before: ShadowMap) -> EnteringCasters | None:
             view, was, origin = map_.view, before.view, before.origin
             if not (isinstance(view, Cascade) and isinstance(was, Cascade)) or before.provisional:
                 return None
-            if origin is None or map_.origin is None or moved_texels(view, was) is None:
+            moved = moved_texels(view, was)
+            if origin is None or map_.origin is None or moved is None:
                 return None
             beyond = reach_beyond(view, was, self._world.bounds().take(rows))
             if not origin.casts_same(map_.origin, rows[~beyond]):
                 return None
-            return shadow_map(view, rows[beyond], self._world.arrays(), _rule(detail, is_resident), detail.chooses)
+            rule = _rule(detail, is_resident)
+            drawn = shadow_map(view, rows[beyond], self._world.arrays(), rule, detail.chooses)
+            return EnteringCasters(map=drawn, moved=moved)
 
         return since
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.errors import InputError
+from depthwalk.geometry.vectors import normal_matrices
 from depthwalk.ingest.mtl import MtlMaterial
 from depthwalk.ingest.soup import check_mesh_memory
 from depthwalk.limits import MAX_COPIED_TRIANGLES, MAX_MESH_TRIANGLES
@@ -173,10 +174,6 @@ def posed(
     moved = np.einsum("vij,vj->vi", linear, polygons.positions) + blended[:, :, 3]
     normals = polygons.normals
     if normals is not None:
-        first, second, third = linear.transpose(1, 0, 2)
-        # The inverse, transposed, but for its length.
-        turns = np.stack([np.cross(second, third), np.cross(third, first), np.cross(first, second)], axis=1)
-        turns *= np.sign(np.linalg.det(linear))[:, None, None]
         known = np.clip(polygons.vertex, 0, count - 1)  # they are not checked yet
-        normals = np.einsum("cij,cj->ci", turns[known], normals)
+        normals = np.einsum("cij,cj->ci", normal_matrices(linear)[known], normals)
     return replace(polygons, positions=moved, normals=normals)

@@ -11,9 +11,9 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.interchange.model import Model, Placed
 from depthwalk.ingest.interchange.triangulation import triangulated
 from depthwalk.ingest.material_library import MaterialLibrary
-from depthwalk.ingest.materials import WHITE
+from depthwalk.ingest.materials import plain_material
 from depthwalk.ingest.mesh import Material
-from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
+from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, joined_soups, unit_normals
 from depthwalk.ingest.sources import Sources
 
 _T = TypeVar("_T", bound=np.generic)
@@ -93,18 +93,7 @@ def read_interchange(data: bytes, path: Path, sources: Sources) -> Soup:
     check_mesh_memory(sum(len(each.polygons.vertex) for each in model.placed), triangles, path)
     palette = _Palette(MaterialLibrary(model.materials, [path.parent], path, sources, model.embedded))
     pieces = [_piece(each, palette, path) for each in model.placed if each.polygons.triangle_count]
-    ends = np.cumsum([len(piece.positions) for piece in pieces])
-    return Soup(
-        positions=np.concatenate([piece.positions for piece in pieces]),
-        normals=np.concatenate([piece.normals for piece in pieces]),
-        colours=np.concatenate([piece.colours for piece in pieces]),
-        uv=np.concatenate([piece.uv for piece in pieces]),
-        faces=np.concatenate(
-            [piece.faces + (end - len(piece.positions)) for piece, end in zip(pieces, ends, strict=True)]
-        ),
-        material=np.concatenate([piece.material for piece in pieces]),
-        materials=tuple(palette.materials),
-    )
+    return joined_soups(pieces, palette.materials)
 
 
 class _Palette:
@@ -121,7 +110,7 @@ class _Palette:
         key = coloured if material is None or name is None else name
         if key not in self._numbers:
             self._numbers[key] = len(self.materials)
-            self.materials.append(material or (Material(base_colour=WHITE) if coloured else Material()))
+            self.materials.append(material or plain_material(coloured))
         return self._numbers[key]
 
 
@@ -134,9 +123,8 @@ def _piece(placed: Placed, palette: _Palette, path: Path) -> Soup:
         raise InputError(f"{path}: a polygon refers to vertex {vertex[outside[0]]} of 0 to {last}")
     positions = polygons.positions[vertex]
     faces, polygon = triangulated(positions, polygons.sizes)
-    with np.errstate(invalid="ignore", over="ignore"):
-        positions = positions @ linear.T + placed.matrix[:3, 3]
-        turn = float(np.linalg.det(linear))
+    positions = positions @ linear.T + placed.matrix[:3, 3]
+    turn = float(np.linalg.det(linear))
     used = np.bincount(faces.ravel(), minlength=count) > 0
     if broken := np.count_nonzero(~np.isfinite(positions[used]).all(axis=1)):
         raise InputError(f"{path}: {broken} of {count} corners have NaN or infinite coordinates")
@@ -144,8 +132,7 @@ def _piece(placed: Placed, palette: _Palette, path: Path) -> Soup:
         faces = faces[:, ::-1]  # mirroring turns the faces inside out
     normals = np.full((count, 3), np.nan)
     if polygons.normals is not None and turn and np.isfinite(turn):
-        with np.errstate(invalid="ignore", over="ignore"):
-            normals = unit_normals(polygons.normals @ np.linalg.inv(linear))
+        normals = unit_normals(polygons.normals @ np.linalg.inv(linear))
     is_used = np.bincount(polygons.material[polygon], minlength=len(polygons.names)) > 0
     coloured = polygons.colours is not None
     numbers = np.array(

@@ -21,7 +21,6 @@ from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.shadows.cascades import Cascade
 from depthwalk.render.shadows.casters import Rectangle, ShadowMap
 from depthwalk.render.shadows.moving_shadows import MovingShadows
-from depthwalk.render.shadows.scrolled_map import moved_texels
 from depthwalk.render.shadows.shadow_atlas import ShadowAtlas
 from depthwalk.render.shadows.sun_uniforms import COLUMNS, LampMaps, SunMaps
 from depthwalk.render.view.view_block import MAP_VIEW, ViewBlock
@@ -163,7 +162,7 @@ class ShadowsPass(Pass[ShadowParams]):
             if most is not None and drawn and drawn + late.triangles > most and not late.is_new:
                 continue
             drawn += late.triangles
-            self._copy_part(still, moving.atlas, late.tile, moving.begin(late))
+            self._copy_part(still, moving.atlas.framebuffer(late.tile), moving.begin(late))
             if late.casters is not None:
                 parts = list(late.casters.map.grids.parts(PART_TRIANGLES))
                 yield from self._draw_parts(frame, late.casters.map, parts, moving.atlas.framebuffer(late.tile), direct)
@@ -172,15 +171,19 @@ class ShadowsPass(Pass[ShadowParams]):
                 yield
         still.texture.compare_func = "<="
 
-    def _copy_part(self, source: ShadowAtlas, to: ShadowAtlas, tile: int, part: Rectangle) -> None:
-        """Copy a part of a tile to the same tile of another atlas of this size."""
+    def _copy_part(
+        self, source: ShadowAtlas, target: moderngl.Framebuffer, part: Rectangle, corner: tuple[int, int] = (0, 0)
+    ) -> None:
+        """Copy depths of an atlas, which does not compare meanwhile, into a `part` of the tile `target`.
+
+        corner: where the first texel of the source would come to lie in the framebuffer, of which the tile is a part.
+        """
         left, bottom, width, height = part
         if not width * height:
             return
         assert source.texture is not None
-        target = to.framebuffer(tile)
         source.texture.use(0)
-        self._copy.set(map_texture=0, corner=(0, 0))
+        self._copy.set(map_texture=0, corner=corner)
         target.scissor = target.viewport[0] + left, target.viewport[1] + bottom, width, height
         with self.gl.state(into=target, depth_test=ALWAYS):
             self._copy.fill()
@@ -206,11 +209,8 @@ class ShadowsPass(Pass[ShadowParams]):
         yield
         self._of_sun.begin(unfinished.tile, unfinished.map)
         target = self._of_sun.framebuffer(unfinished.tile)
-        assert self._beside.texture is not None
-        self._beside.texture.use(0)
-        self._copy.set(map_texture=0, corner=target.viewport[:2])
-        with self.gl.state(into=target, depth_test=ALWAYS):
-            self._copy.fill()
+        left, bottom, width, height = target.viewport
+        self._copy_part(self._beside, target, (0, 0, width, height), (left, bottom))
         self._unfinished = None
 
     def _begin_map(self, waiting: Mapping[int, ShadowMap]) -> "_UnfinishedMap | None":
@@ -226,33 +226,25 @@ class ShadowsPass(Pass[ShadowParams]):
         shadow_map = waiting[tile]
         self._beside.fit(1, shadow_map.view.resolution).compare_func = ""  # it is copied, not compared with
         self._beside.begin(0, shadow_map)
-        drawn = self._kept(tile, shadow_map) or shadow_map
+        drawn = self._keep(tile, shadow_map) or shadow_map
         return _UnfinishedMap(tile=tile, map=shadow_map, drawn=drawn, rest=list(drawn.grids.parts(PART_TRIANGLES)))
 
-    def _kept(self, tile: int, shadow_map: ShadowMap) -> ShadowMap | None:
+    def _keep(self, tile: int, shadow_map: ShadowMap) -> ShadowMap | None:
         """Copy what a map keeps of the one that its tile shows, and return what is to be drawn besides.
 
         None where it keeps nothing.
         """
-        before = self._of_sun.shown(tile)
-        entering = None if shadow_map.entering is None else shadow_map.entering(before)
-        if entering is None or not (isinstance(shadow_map.view, Cascade) and isinstance(before.view, Cascade)):
+        entering = None if shadow_map.entering is None else shadow_map.entering(self._of_sun.shown(tile))
+        if entering is None:
             return None
-        moved = moved_texels(shadow_map.view, before.view)
-        assert moved is not None  # as `entering` has found
-        (right, up), side = moved, shadow_map.view.resolution
-        source, target = self._of_sun.framebuffer(tile), self._beside.framebuffer(0)
-        left, bottom = source.viewport[:2]
+        (right, up), side = entering.moved, shadow_map.view.resolution
+        left, bottom = self._of_sun.framebuffer(tile).viewport[:2]
+        shared = max(-right, 0), max(-up, 0), side - abs(right), side - abs(up)
         assert self._of_sun.texture is not None
         self._of_sun.texture.compare_func = ""  # it is copied, not compared with
-        self._of_sun.texture.use(0)
-        self._copy.set(map_texture=0, corner=(-left - right, -bottom - up))
-        target.scissor = max(-right, 0), max(-up, 0), side - abs(right), side - abs(up)
-        with self.gl.state(into=target, depth_test=ALWAYS):
-            self._copy.fill()
-        target.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", which its stubs forget
+        self._copy_part(self._of_sun, self._beside.framebuffer(0), shared, (-left - right, -bottom - up))
         self._of_sun.texture.compare_func = "<="
-        return entering
+        return entering.map
 
     def _draw_parts(
         self,

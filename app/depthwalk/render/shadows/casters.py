@@ -47,6 +47,22 @@ class MovingCasters:
 
 
 @dataclass(frozen=True, kw_only=True)
+class EnteringCasters:
+    """Hold what is drawn into a map of the sun beside the texels that it keeps of an earlier one.
+
+    Attributes
+    ----------
+    map
+        The draws.
+    moved
+        By how many texels the map has moved to the right and up.
+    """
+
+    map: "ShadowMap"
+    moved: tuple[int, int]
+
+
+@dataclass(frozen=True, kw_only=True)
 class ShadowMap:
     """Hold what a shadow map sees and what is drawn into it.
 
@@ -66,8 +82,8 @@ class ShadowMap:
     origin
         What it was planned from; None for maps of which no later one keeps a part.
     entering
-        Plans, for an earlier map, what is drawn beside the texels that this one keeps of it; its result is None where
-        it can keep none.
+        Plans what is drawn beside the texels that this one keeps of an earlier map; its result is None where it can
+        keep none.
     """
 
     view: LightView
@@ -76,7 +92,7 @@ class ShadowMap:
     provisional: bool = False
     moving: Callable[[LightView], MovingCasters] | None = field(default=None, compare=False)
     origin: MapOrigin | None = field(default=None, compare=False)
-    entering: Callable[["ShadowMap"], "ShadowMap | None"] | None = field(default=None, compare=False)
+    entering: Callable[["ShadowMap"], EnteringCasters | None] | None = field(default=None, compare=False)
 
     @property
     def triangles(self) -> int:

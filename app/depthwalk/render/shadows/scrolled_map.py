@@ -41,10 +41,7 @@ class MapOrigin:
     asked: Answers
 
     def casts_same(self, later: "MapOrigin", rows: Rows) -> bool:
-        """Return whether the objects `rows` cast the same shadows in the map and in a `later` one.
-
-        Raises nothing: objects that the map did not have do not.
-        """
+        """Return whether the objects `rows` cast the same shadows in the map and in a `later` one, which has all."""
         if (self.changes, self.detail) != (later.changes, later.detail) or not np.isin(rows, self.rows).all():
             return False
         before, now = _by_number(self.asked), _by_number(later.asked)
