@@ -140,13 +140,8 @@ its folder. The alpha of a picture cuts out if FBX or COLLADA name the same pict
 and 3MF files are made as for other files without any. Earlier FBX files, and nodes of COLLADA with a `skew`, are
 refused.
 
-The readers are this program's own. Of the libraries that read these formats, assimp (assimp-py 1.1.0) does not hand out
-embedded pictures, opens files by itself, and crashes on a 3MF file of its own tests whose indices are too large; the
-Python binding of ufbx (0.0.5) frees objects that are still in use, so that files without any fault end the process.
-Both served to compare with (November 2026): 42 FBX files have the same triangles and bounding box by ufbx, and 34 of 41
-others by assimp, which poses no skins, moves 3D Studio's objects by their keyframes, drops faces without area, and
-knows neither parts nor units of 3MF files. X, LWO, AMF and DXF files, which assimp reads, too, are rare; save them as
-`.glb`.
+The readers are this program's own; [experiments](experiments.md#libraries-for-fbx-collada-3ds-and-3mf) says why. X, LWO,
+AMF and DXF files are not read: save them as `.glb`.
 """
 _ANIMATION = """Any node can move: a wheel turns, a group of figures goes around, a lift stops at each floor.
 

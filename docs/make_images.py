@@ -25,7 +25,6 @@ from depthwalk.bake.images import DepthImage, Face
 from depthwalk.bake.params import BakeParams
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.pictures import png_bytes
 from depthwalk.quality.edges import SHAPES
 from depthwalk.resources import asset_root, scene_root
 
@@ -85,6 +84,11 @@ def shrink(picture: Path, out: Path) -> None:
         image.convert("RGB").save(out, optimize=True)
 
 
+def write(name: str, pixels: np.ndarray) -> None:
+    """Write a picture (H, W, 3) uint8, top row first, in few bytes."""
+    Image.fromarray(pixels).save(IMAGES / f"{name}.png", optimize=True)
+
+
 def panorama() -> None:
     """Draw figure 6 (a) of Liu et al.: the panorama; below it, what is seen from its pinhole, and from beside it."""
     folder = scene_root() / "paper"
@@ -103,7 +107,7 @@ def panorama() -> None:
     upright = np.full((len(views[0]), _GAP, 3), 255, np.uint8)
     below = np.concatenate([views[0], upright, views[1]], axis=1)
     level = np.full((_GAP, whole.shape[1], 3), 255, np.uint8)
-    (IMAGES / "panorama.png").write_bytes(png_bytes(np.concatenate([whole, level, below])))
+    write("panorama", np.concatenate([whole, level, below]))
 
 
 def paper() -> None:
@@ -121,7 +125,7 @@ def paper() -> None:
                 parts.append(np.asarray(picture.convert("RGB")))
     gap = np.full((len(parts[0]), _GAP, 3), 255, np.uint8)
     joined = np.concatenate([parts[0], *(half for part in parts[1:] for half in (gap, part))], axis=1)
-    (IMAGES / "paper.png").write_bytes(png_bytes(joined))
+    write("paper", joined)
 
 
 def gpaa() -> None:
@@ -136,7 +140,7 @@ def gpaa() -> None:
             with Image.open(out) as picture:
                 rows.append(np.asarray(picture.convert("RGB")).repeat(2, 0).repeat(2, 1))
     gap = np.full((_GAP, rows[0].shape[1], 3), 255, np.uint8)
-    (IMAGES / "gpaa.png").write_bytes(png_bytes(np.concatenate([rows[0], gap, rows[1], gap, rows[2]])))
+    write("gpaa", np.concatenate([rows[0], gap, rows[1], gap, rows[2]]))
 
 
 def scene_of_solids(folder: Path) -> Path:
@@ -171,7 +175,7 @@ def false_colours() -> None:
     upright = np.full((len(parts[0]), _GAP, 3), 255, np.uint8)
     above, below = (np.concatenate([parts[k], upright, parts[k + 1]], axis=1) for k in (0, 2))
     level = np.full((_GAP, above.shape[1], 3), 255, np.uint8)
-    (IMAGES / "false_colours.png").write_bytes(png_bytes(np.concatenate([above, level, below])))
+    write("false_colours", np.concatenate([above, level, below]))
 
 
 def dpci() -> None:
@@ -179,7 +183,7 @@ def dpci() -> None:
     mesh = load_mesh(asset_root() / "dryad.ply")
     baked = bake_object(mesh, BakeParams(resolution=400, layers=1), key="")
     side = next(image for image in baked.images if image.face is Face.SIDE)
-    (IMAGES / "dpci.png").write_bytes(png_bytes(depth_image_picture(side)))
+    write("dpci", depth_image_picture(side))
 
 
 def depth_image_picture(image: DepthImage) -> np.ndarray:
