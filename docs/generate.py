@@ -140,8 +140,8 @@ its folder. The alpha of a picture cuts out if FBX or COLLADA name the same pict
 and 3MF files are made as for other files without any. Earlier FBX files, and nodes of COLLADA with a `skew`, are
 refused.
 
-The readers are this program's own; [experiments](experiments.md#libraries-for-fbx-collada-3ds-and-3mf) says why. X, LWO,
-AMF and DXF files are not read: save them as `.glb`.
+The readers are this program's own; [experiments](experiments.md#libraries-for-fbx-collada-3ds-and-3mf) says why. X,
+LWO, AMF and DXF files are not read: save them as `.glb`.
 """
 _ANIMATION = """Any node can move: a wheel turns, a group of figures goes around, a lift stops at each floor.
 
