@@ -97,9 +97,10 @@ out with a warning. [Normal maps](baking.md#normal-maps) are read if they share 
 and textures always repeat. Files all of whose materials are `KHR_materials_unlit`, as scans are, are shown [without
 light](light.md#unlit). `depthwalk info` lists what of a file is not read.
 
-Files compressed by Draco (`KHR_draco_mesh_compression`) need the extra `draco`: `pip install -e ".[draco]"` in the
-checkout. They are decoded when they are opened, in a process that is ended if it takes much more memory or time than
-their numbers of vertices and triangles explain. Files compressed by meshopt must be exported without.
+Two extras read compressed files: `draco` those with `KHR_draco_mesh_compression`, `meshopt` those of gltfpack and
+others, with `EXT_meshopt_compression` or `KHR_meshopt_compression`. Install both by `pip install -e
+".[draco,meshopt]"` in the checkout. Files are decoded when they are opened; Draco data in a process that is ended if it
+takes much more memory or time than its numbers of vertices and triangles explain.
 
 All that such a file shows is one mesh. `depthwalk convert forest.glb` makes a scene of it instead, in the folder
 `forest`: a GLB file for each model, with the materials and pictures that it uses, and a scene file that places them.

@@ -29,6 +29,7 @@ GLTF_KEYS = (
     *("normalTexture", "texCoord", "EXT_mesh_gpu_instancing", "KHR_lights_punctual", "light", "TRANSLATION", "nodes"),
     *("animations", "channels", "sampler", "input", "output", "interpolation", "CUBICSPLINE", "STEP", "path", "node"),
     *("KHR_draco_mesh_compression", "attributes", "bufferView"),
+    *("KHR_meshopt_compression", "fallback", "filter", "OCTAHEDRAL", "EXPONENTIAL", "QUATERNION", "COLOR"),
 )
 YAML = _words(
     b"&a |*a|!!int |!!float |!!binary |<<: |---\n|...\n|%YAML 1.1\n|%TAG ! x\n|0x|0b|0o8|.inf|.nan|1e999|? |> ",

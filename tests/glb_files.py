@@ -51,7 +51,7 @@ class Glb:
         if nodes or "nodes" not in self.header:
             self.header["nodes"] = list(nodes) or [{"mesh": 0}]
             self.header["scenes"] = [{"nodes": roots or list(range(len(self.header["nodes"])))}]
-        self.header["buffers"] = [{"byteLength": len(self.data)}]
+        self.header["buffers"] = [{"byteLength": len(self.data)}, *self.header.get("buffers", [])[1:]]
         text = json.dumps(self.header).encode()
         text += b" " * (-len(text) % 4)
         body = bytes(self.data) + b"\0" * (-len(self.data) % 4)

@@ -75,11 +75,12 @@ def test_every_dependency_is_pinned_within_its_bounds(project: dict[str, Any]) -
 @pytest.mark.slow
 def test_every_imported_library_is_declared(project: dict[str, Any]) -> None:
     needed, extras = project["project"]["dependencies"], project["project"]["optional-dependencies"]
-    # Folders that do without theirs.
+    # Folders and modules that do without theirs.
     optional = {"kernels": extras["fast"], **{name: extras[name] for name in ("cluster", "draco", "las")}}
+    optional["gltf_meshopt"] = extras["meshopt"]
     providers = {**metadata.packages_distributions(), "pydantic_core": ["pydantic"]}
     for file in (ROOT / "app").rglob("*.py"):
-        wanted = needed + optional.get(file.parent.name, [])
+        wanted = needed + optional.get(file.parent.name, []) + optional.get(file.stem, [])
         declared = {canonicalize_name(Requirement(each).name) for each in wanted}
         nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
         names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]

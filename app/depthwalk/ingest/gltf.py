@@ -16,10 +16,11 @@ from depthwalk.ingest.mesh import OPAQUE
 from depthwalk.limits import MAX_MESH_TRIANGLES
 
 DRACO = "KHR_draco_mesh_compression"
+MESHOPT = "EXT_meshopt_compression", "KHR_meshopt_compression"  # with the same contents
 _KNOWN = (
-    "KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_texture_transform", "EXT_texture_webp", DRACO
+    "KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_texture_transform", "EXT_texture_webp",
+    DRACO, *MESHOPT,
 )  # fmt: skip
-_MESHOPT = "EXT_meshopt_", "KHR_meshopt_"
 _TEXTURES = ("KHR_texture_", "EXT_texture_", "MSFT_texture_")
 INSTANCING = "EXT_mesh_gpu_instancing"
 _UNLIT = "KHR_materials_unlit"
@@ -269,8 +270,6 @@ def check_header(header: dict[str, Any], path: Path, *, known: str | None = None
 
 def _remedy(extension: str) -> str:
     """Return how to do without an extension that is not supported, as the end of a message; "" if nothing is known."""
-    if extension.startswith(_MESHOPT):  # of the former alone, many programs make a file without
-        return "; export it without compression" + ", or use `gltf-transform copy`" * extension.startswith(_MESHOPT[0])
     if extension == INSTANCING:
         return "; `depthwalk convert` makes a scene of the file"
     return "; export its textures as PNG, JPEG or WebP" if extension.startswith(_TEXTURES) else ""

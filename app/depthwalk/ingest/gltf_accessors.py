@@ -34,7 +34,7 @@ class Accessors:
     Attributes
     ----------
     added
-        The contents of the buffers that `add` and `fill` make, by their URIs, which no file has as its name.
+        The contents of the buffers that are added or replaced, by their URIs, which no file has as its name.
     """
 
     def __init__(self, header: dict[str, Any], data: bytes, read: Callable[[str], bytes]) -> None:
@@ -43,7 +43,7 @@ class Accessors:
         Parameters
         ----------
         header
-            The JSON header, to which `add` and `fill` add buffers, views and accessors.
+            The JSON header, to which buffers, views and accessors are added.
         data
             The contents of the file, of which only a GLB's binary chunk is used.
         read
@@ -72,8 +72,8 @@ class Accessors:
 
     def stored(self, number: int, count: int | None = None) -> Numbers:
         """Return the values (N, width) of an accessor as they are stored, sparse ones put in place; see `read`."""
-        accessor = self._header["accessors"][_whole(number)]
-        rows, width = _whole(accessor["count"]), WIDTHS[accessor["type"]]
+        accessor = self._header["accessors"][whole(number)]
+        rows, width = whole(accessor["count"]), WIDTHS[accessor["type"]]
         if count is not None and rows != count:
             raise ValueError(f"accessors[{number}] has {rows} values instead of {count}")
         dtype = np.dtype(DTYPES[accessor["componentType"]])
@@ -82,7 +82,7 @@ class Accessors:
         if "sparse" in accessor:
             values = values.copy()
             replaced = accessor["sparse"]
-            some = min(_whole(replaced["count"]), rows)
+            some = min(whole(replaced["count"]), rows)
             index_type = np.dtype(DTYPES[replaced["indices"]["componentType"]])
             indices = self._rows(replaced["indices"], some, index_type, 1)[:, 0].astype(np.int64)
             values[indices] = self._rows(replaced["values"], some, dtype, width)
@@ -90,9 +90,12 @@ class Accessors:
 
     def view(self, number: int) -> bytes:
         """Return the bytes of a bufferView, such as a picture."""
-        view = self._header["bufferViews"][_whole(number)]
-        start, length = _whole(view.get("byteOffset", 0)), _whole(view["byteLength"])
-        return bytes(self._buffer(_whole(view["buffer"]))[start : start + length])
+        return self.part(self._header["bufferViews"][whole(number)])
+
+    def part(self, place: dict[str, Any]) -> bytes:
+        """Return the bytes of a buffer that an object names as bufferViews do, as far as there are any."""
+        start, length = whole(place.get("byteOffset", 0)), whole(place["byteLength"])
+        return bytes(self._buffer(whole(place["buffer"]))[start : start + length])
 
     def add(self, values: Numbers) -> int:
         """Add an accessor for `values` (N, width), float32 or uint32, to the header and return its number."""
@@ -106,11 +109,9 @@ class Accessors:
 
         Bounds that it may have are left as they are.
         """
-        buffers, views = self._header.setdefault("buffers", []), self._header.setdefault("bufferViews", [])
-        uri = f"\0added-{len(self.added)}"
-        self.added[uri] = data = np.ascontiguousarray(values).tobytes()
-        buffers.append({"uri": uri, "byteLength": len(data)})
-        views.append({"buffer": len(buffers) - 1, "byteOffset": 0, "byteLength": len(data)})
+        views = self._header.setdefault("bufferViews", [])
+        views.append({})
+        self.replace_view(len(views) - 1, np.ascontiguousarray(values).tobytes())
         accessor = self._header["accessors"][number]
         for key in ("byteOffset", "sparse"):
             accessor.pop(key, None)
@@ -121,17 +122,32 @@ class Accessors:
             "type": _TYPES[values.shape[1]],
         }
 
+    def replace_view(self, number: int, data: bytes) -> None:
+        """Give a bufferView these contents, in a further buffer; it keeps its stride and its target."""
+        buffers, view = self._header.setdefault("buffers", []), self._header["bufferViews"][number]
+        kept = {key: view[key] for key in ("byteStride", "target") if key in view}
+        self._header["bufferViews"][number] = kept | {"buffer": len(buffers), "byteOffset": 0, "byteLength": len(data)}
+        buffers.append({})
+        self.replace_buffer(buffers[-1], data)
+
+    def replace_buffer(self, buffer: dict[str, Any], data: bytes) -> None:
+        """Give a buffer of the header these contents, and nothing else."""
+        uri = f"\0added-{len(self.added)}"
+        self.added[uri] = data
+        buffer.clear()
+        buffer |= {"uri": uri, "byteLength": len(data)}
+
     def _rows(self, place: dict[str, Any], rows: int, dtype: np.dtype[Any], width: int) -> Numbers:
         """Return the values (rows, width) that begin at the `byteOffset` of `place` in its `bufferView`."""
-        view = self._header["bufferViews"][_whole(place["bufferView"])]
+        view = self._header["bufferViews"][whole(place["bufferView"])]
         size = dtype.itemsize * width
-        offset, length = _whole(place.get("byteOffset", 0)), _whole(view["byteLength"])
-        stride = _whole(view.get("byteStride", size))
+        offset, length = whole(place.get("byteOffset", 0)), whole(view["byteLength"])
+        stride = whole(view.get("byteStride", size))
         needed = (rows - 1) * stride + size
         if rows < 1 or stride < size or offset + needed > length:
             raise ValueError("an accessor reaches beyond its bufferView")
-        start = _whole(view.get("byteOffset", 0)) + offset
-        raw = np.frombuffer(self._buffer(_whole(view["buffer"])), np.uint8, needed, start)
+        start = whole(view.get("byteOffset", 0)) + offset
+        raw = np.frombuffer(self._buffer(whole(view["buffer"])), np.uint8, needed, start)
         strided = np.lib.stride_tricks.as_strided(raw, (rows, size), (stride, 1))
         return np.ascontiguousarray(strided).view(dtype)
 
@@ -152,7 +168,7 @@ class Accessors:
         return self._buffers[number]
 
 
-def _whole(value: Any) -> int:
+def whole(value: Any) -> int:
     """Return `value` if it is a whole number, 0 or more; raise ValueError otherwise."""
     if not isinstance(value, int) or value < 0:
         raise ValueError(f"{str(value)[:40]} is no number of items or bytes")

@@ -31,7 +31,7 @@ class _Compressed:
     ids: dict[str, int]
 
 
-def decompress(header: Header, accessors: Accessors, path: Path) -> bool:
+def decompress_primitives(header: Header, accessors: Accessors, path: Path) -> bool:
     """Replace compressed primitives by ordinary ones.
 
     Where a file holds the same without compression, too, for programs that do not know the extension, that is used.

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from depthwalk.errors import counted
 from depthwalk.ingest.gltf import POINTS, TRIANGLES, check_header, object_under, objects_under, read_header
 from depthwalk.ingest.gltf_accessors import Accessors
-from depthwalk.ingest.gltf_draco import decompress
+from depthwalk.ingest.gltf_compression import decompress
 from depthwalk.ingest.gltf_geometry import express
 from depthwalk.ingest.gltf_pose import world_matrices
 from depthwalk.ingest.gltf_sizes import buffer_bytes, check_placed_size, read_buffer

@@ -18,8 +18,8 @@ from depthwalk.ingest import gltf
 from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_animations import Movement, read_animation
 from depthwalk.ingest.gltf_channels import FARTHEST
+from depthwalk.ingest.gltf_compression import decompress
 from depthwalk.ingest.gltf_copies import first_of_same
-from depthwalk.ingest.gltf_draco import decompress
 from depthwalk.ingest.gltf_lights import LIGHTS, PlacedCamera, PlacedLight, cameras, lights
 from depthwalk.ingest.gltf_models import Models, PlacedModel, index_of
 from depthwalk.ingest.gltf_pose import is_posed, pose, posed_size, top_nodes, world_matrices

@@ -23,7 +23,7 @@ from depthwalk.errors import InputError
 from depthwalk.ingest import gltf
 from depthwalk.ingest.formats import GLTF_SUFFIXES, IMAGE_SUFFIXES
 from depthwalk.ingest.gltf_accessors import Accessors
-from depthwalk.ingest.gltf_draco import decompress
+from depthwalk.ingest.gltf_compression import decompress
 from depthwalk.ingest.gltf_geometry import express
 from depthwalk.ingest.gltf_normal_maps import fold_normal_maps
 from depthwalk.ingest.gltf_points import warn_of_undrawn

@@ -1,0 +1,32 @@
+"""Decode whatever of a glTF file is compressed, so that all that reads it sees an ordinary one."""
+
+from pathlib import Path
+from typing import Any
+
+from depthwalk.ingest.gltf_accessors import Accessors
+from depthwalk.ingest.gltf_draco import decompress_primitives
+from depthwalk.ingest.gltf_meshopt import decompress_views
+
+
+def decompress(header: dict[str, Any], accessors: Accessors, path: Path) -> bool:
+    """Replace compressed bufferViews and primitives by ordinary ones; return whether there were any.
+
+    Parameters
+    ----------
+    header
+        The JSON header, checked by `gltf.check_header`; changed in place.
+    accessors
+        Reads the file's data; holds the decoded data.
+    path
+        The file, for messages.
+
+    Raises
+    ------
+    InputError
+        `path: …` and `path: bufferViews[2]: …` as `decompress_views` and `decompress_primitives`.
+    ValueError, TypeError, LookupError
+        For other damaged data.
+    """
+    views = decompress_views(header, accessors, path)
+    primitives = decompress_primitives(header, accessors, path)
+    return views or primitives
