@@ -92,15 +92,15 @@ has no `dpci`. `render` draws a still of a mesh from its polygons, since baking 
 Of glTF and GLB files, the default scene is read, without its cameras, lamps and animations, of which `convert` keeps
 more (below): skins and shape keys (morph targets) are as the nodes pose them at rest. Colours and texture coordinates
 may be integers, accessors sparse or quantised, textures transformed (`KHR_texture_transform`). Pictures may be PNG,
-JPEG or WebP (`EXT_texture_webp`); a texture whose only picture is of another kind, as by `KHR_texture_basisu`, is left
-out with a warning. [Normal maps](baking.md#normal-maps) are read if they share the texture coordinates of the colours,
+JPEG or WebP (`EXT_texture_webp`); a texture whose only picture is of another kind, such as AVIF, is left out with a
+warning. [Normal maps](baking.md#normal-maps) are read if they share the texture coordinates of the colours,
 and textures always repeat. Files all of whose materials are `KHR_materials_unlit`, as scans are, are shown [without
 light](light.md#unlit). `depthwalk info` lists what of a file is not read.
 
-Two extras read compressed files: `draco` those with `KHR_draco_mesh_compression`, `meshopt` those of gltfpack and
-others, with `EXT_meshopt_compression` or `KHR_meshopt_compression`. Install both by `pip install -e
-".[draco,meshopt]"` in the checkout. Files are decoded when they are opened; Draco data in a process that is ended if it
-takes much more memory or time than its numbers of vertices and triangles explain.
+The extra `gltf` reads what is compressed, `pip install -e ".[gltf]"` in the checkout: meshes by Draco
+(`KHR_draco_mesh_compression`), all data by meshoptimizer (`EXT_meshopt_compression`, as gltfpack writes it, or
+`KHR_meshopt_compression`), and KTX 2 pictures (`KHR_texture_basisu`). It is decoded when a file is opened; Draco data
+and pictures in a process that is ended if it takes much more memory or time than their sizes explain.
 
 All that such a file shows is one mesh. `depthwalk convert forest.glb` makes a scene of it instead, in the folder
 `forest`: a GLB file for each model, with the materials and pictures that it uses, and a scene file that places them.

@@ -28,6 +28,13 @@ _MESHOPT = [
     )
 ]
 
+# A picture of 8 × 8 pixels (UASTC).
+_KTX2 = base64.b64decode(
+    "q0tUWCAyMLsNChoKAAAAAAEAAAAIAAAACAAAAAAAAAAAAAAAAQAAAAEAAAAAAAAAaAAAACwAAACUAAAALAAAAAAAAAAAAAAAAAAAAAAAAADAAAAAAAAA"
+    "AEAAAAAAAAAAQAAAAAAAAAAsAAAAAAAAAAIAKACmAQIAAwMAABAAAAAAAAAAAAB/AwAAAAAAAAAA/////x8AAABLVFh3cml0ZXIAQmFzaXMgVW5pdmVy"
+    "c2FsIDIuMTAAAAQAAAB/fwAA9x8A4B96AAAAAAAAAAAAABfgH+AfAg8AAAAAAAAAAAAXAOD/HwLgAQAAAAAAAAAA9///HxB87wEAAAAAAAAAAA=="
+)
+
 
 def _gltf(image: str, buffer: str | None) -> tuple[dict[str, Any], bytes]:
     """Return the header and the buffer of a textured tetrahedron with normals, colours and a hierarchy of nodes."""
@@ -187,6 +194,10 @@ def gltfs() -> list[Files]:
     relief["materials"][0]["normalTexture"] = {"index": 0, "scale": 0.5, "texCoord": 0}
     moving, more = _moving(inner, data)
     squeezed, parts = _squeezed(inner, data)
+    squeezed["textures"], squeezed["images"] = (
+        [{"extensions": {"KHR_texture_basisu": {"source": 0}}}],
+        [{"uri": "a.ktx2"}],
+    )
     made = [
         {"mesh.gltf": json.dumps(header).encode()} | beside,
         {"mesh.glb": glb(json.dumps(inner).encode(), data), "skin.png": picture("PNG")},
@@ -196,7 +207,7 @@ def gltfs() -> list[Files]:
         {"posed.glb": glb(json.dumps(_posed(inner)).encode(), data), "skin.png": picture("PNG")},
         {"moving.glb": glb(json.dumps(moving).encode(), more), "skin.png": picture("PNG")},
         {"packed.glb": glb(json.dumps(_compressed(inner, 0)).encode(), _DRACO), "skin.png": picture("PNG")},
-        {"squeezed.glb": glb(json.dumps(squeezed).encode(), parts), "skin.png": picture("PNG")},
+        {"squeezed.glb": glb(json.dumps(squeezed).encode(), parts), "a.ktx2": _KTX2},
         {"stage.glb": glb(json.dumps(_stage(inner)).encode(), data), "skin.png": picture("PNG")},
     ]
     return made + hostile("*.gl*", HOSTILE / "meshes")

@@ -1,4 +1,4 @@
-"""Meshes compressed by Draco, in GLB files in the making; they need the extra `draco`."""
+"""Meshes compressed by Draco, in GLB files in the making; they need the extra `gltf`."""
 
 from collections.abc import Mapping
 from typing import Any

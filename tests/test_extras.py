@@ -30,7 +30,7 @@ def test_markers_are_read_however_they_are_quoted(tmp_path: Path, monkeypatch: p
 def test_every_hint_of_the_program_names_an_extra_that_exists_and_is_made_by_this_function() -> None:
     sources = {file: file.read_text() for file in sorted((ROOT / "app").rglob("*.py")) if file.name != "extras.py"}
     named = {name for text in sources.values() for name in NAMED.findall(text)}
-    assert {"las", "draco", "meshopt", "cluster"} <= named <= EXTRAS.keys()
+    assert {"las", "gltf", "cluster"} <= named <= EXTRAS.keys()
     assert not [file for file, text in sources.items() if re.search(r"pip install [\"'\\]*depthwalk", text)]
 
 

@@ -1,4 +1,4 @@
-"""What is told where the extras `draco` and `meshopt` are not installed."""
+"""What is told where the extra `gltf` is not installed."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ def test_what_reads_draco_is_named_where_it_is_missing(tmp_path: Path, monkeypat
     monkeypatch.setattr(decoder, "find_spec", lambda name: None)
     glb = Glb()
     compressed(glb, {}, data=b"DRACO")
-    wanted = r'^\S+a\.glb: is compressed by Draco; `pip install -e "\S+\[draco\]"` installs what reads it, and `gltf-tr'
+    wanted = r'^\S+a\.glb: is compressed by Draco; `pip install -e "\S+\[gltf\]"` installs what reads it, and `gltf-tr'
     with pytest.raises(InputError, match=wanted):
         read_soup(glb.write(tmp_path / "a.glb"))
 
@@ -27,6 +27,6 @@ def test_what_reads_meshopt_is_named_where_it_is_missing(tmp_path: Path, monkeyp
     glb.mesh({})
     glb.header["bufferViews"][0]["extensions"] = {"EXT_meshopt_compression": {"count": 4, "byteStride": 12}}
     glb.header["extensionsRequired"] = ["EXT_meshopt_compression"]
-    wanted = r'^\S+a\.glb: is compressed by meshopt; `pip install -e "\S+\[meshopt\]"` installs what reads it, and `gl'
+    wanted = r'^\S+a\.glb: is compressed by meshopt; `pip install -e "\S+\[gltf\]"` installs what reads it, and `gl'
     with pytest.raises(InputError, match=wanted):
         read_soup(glb.write(tmp_path / "a.glb"))

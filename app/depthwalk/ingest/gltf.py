@@ -17,9 +17,10 @@ from depthwalk.limits import MAX_MESH_TRIANGLES
 
 DRACO = "KHR_draco_mesh_compression"
 MESHOPT = "EXT_meshopt_compression", "KHR_meshopt_compression"  # with the same contents
+BASISU = "KHR_texture_basisu"
 _KNOWN = (
     "KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_texture_transform", "EXT_texture_webp",
-    DRACO, *MESHOPT,
+    BASISU, DRACO, *MESHOPT,
 )  # fmt: skip
 _TEXTURES = ("KHR_texture_", "EXT_texture_", "MSFT_texture_")
 INSTANCING = "EXT_mesh_gpu_instancing"

@@ -97,6 +97,13 @@ class Accessors:
         start, length = whole(place.get("byteOffset", 0)), whole(place["byteLength"])
         return bytes(self._buffer(whole(place["buffer"]))[start : start + length])
 
+    def picture(self, image: dict[str, Any]) -> bytes:
+        """Return the bytes of an image of the header; what is in another file, as its reader does or fails to."""
+        if "bufferView" in image:
+            return self.view(image["bufferView"])
+        uri: str = image["uri"]
+        return _embedded(uri) if uri.startswith("data:") else self._read(uri)
+
     def add(self, values: Numbers) -> int:
         """Add an accessor for `values` (N, width), float32 or uint32, to the header and return its number."""
         self._header["accessors"].append({})
@@ -109,18 +116,23 @@ class Accessors:
 
         Bounds that it may have are left as they are.
         """
-        views = self._header.setdefault("bufferViews", [])
-        views.append({})
-        self.replace_view(len(views) - 1, np.ascontiguousarray(values).tobytes())
+        view = self.add_view(np.ascontiguousarray(values).tobytes())
         accessor = self._header["accessors"][number]
         for key in ("byteOffset", "sparse"):
             accessor.pop(key, None)
         accessor |= {
-            "bufferView": len(views) - 1,
+            "bufferView": view,
             "componentType": _COMPONENT_TYPES[values.dtype],
             "count": len(values),
             "type": _TYPES[values.shape[1]],
         }
+
+    def add_view(self, data: bytes) -> int:
+        """Add a bufferView with these contents, and return its number."""
+        views = self._header.setdefault("bufferViews", [])
+        views.append({})
+        self.replace_view(len(views) - 1, data)
+        return len(views) - 1
 
     def replace_view(self, number: int, data: bytes) -> None:
         """Give a bufferView these contents, in a further buffer; it keeps its stride and its target."""
@@ -161,11 +173,16 @@ class Accessors:
             elif uri in self.added:
                 content = self.added[uri]
             elif uri.startswith("data:"):
-                content = base64.b64decode(uri.partition("base64,")[2])
+                content = _embedded(uri)
             else:
                 content = self._read(uri)
             self._buffers[number] = memoryview(content)
         return self._buffers[number]
+
+
+def _embedded(uri: str) -> bytes:
+    """Return what a data URI contains."""
+    return base64.b64decode(uri.partition("base64,")[2])
 
 
 def whole(value: Any) -> int:

@@ -58,7 +58,7 @@ def decompress_views(header: Header, accessors: Accessors, path: Path) -> bool:
         return False
     if find_spec("meshopt") is None:
         raise InputError(
-            f"{path}: is compressed by meshopt; `{install_command('meshopt')}` installs what reads it, and "
+            f"{path}: is compressed by meshopt; `{install_command('gltf')}` installs what reads it, and "
             "`gltf-transform copy` makes a file without compression"
         )
     length = sum(whole(terms["count"]) * whole(terms["byteStride"]) for _, terms in found)

@@ -4,7 +4,6 @@ Each file holds what its meshes use and nothing else, so that its hash, by which
 nothing else. Pictures lie beside the files, since several may use one.
 """
 
-import base64
 import json
 import logging
 import re
@@ -104,10 +103,8 @@ class SubsetWriter:
         return None if uri is None else {"uri": uri}
 
     def _contents(self, image: Header) -> bytes | None:
-        if "bufferView" in image:
-            return self._accessors.view(image["bufferView"])
-        uri = image["uri"]
-        return base64.b64decode(uri.partition("base64,")[2]) if uri.startswith("data:") else self._external(uri)
+        is_file = "bufferView" not in image and not image["uri"].startswith("data:")
+        return self._external(image["uri"]) if is_file else self._accessors.picture(image)
 
     def _stem(self, image: Header, number: int) -> str:
         """Return a name for a picture, without an ending, that no other picture of the file gets."""

@@ -1,6 +1,8 @@
-"""Find the textures of glTF files that `trimesh` leaves out without a word, since it cannot read their pictures."""
+"""Decode KTX 2 pictures of glTF files (`KHR_texture_basisu`), and tell which textures have no picture that is read.
 
-import base64
+`trimesh`, which reads PNG, JPEG and WebP, leaves others out without a word.
+"""
+
 import io
 import logging
 import warnings
@@ -8,14 +10,19 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from depthwalk.errors import quoted
-from depthwalk.ingest.gltf import objects_under
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.errors import InputError, quoted
+from depthwalk.ingest import ktx2
+from depthwalk.ingest.gltf import BASISU, object_under, objects_under
 from depthwalk.ingest.gltf_accessors import Accessors
 
 log = logging.getLogger(__name__)
 
 _WEBP = "EXT_texture_webp"
 _KTX = "image/ktx2"
+_NO_KTX = f"no support for {_KTX}"
 _READ = "baseColorTexture", "emissiveTexture", "normalTexture", "diffuseTexture"
 """Keys of the textures of a material that are drawn."""
 
@@ -26,7 +33,8 @@ def textures_without_picture(header: Header) -> Counter[str]:
     """Count the textures of materials that have no picture of a kind that is read.
 
     Extensions as `KHR_texture_basisu` name a picture of another kind; a file may name one of the usual kinds besides,
-    for programs that do not know the extension, which is then used.
+    for programs that do not know the extension, which is then used. KTX 2 pictures count where the library is missing
+    that decodes them.
 
     Parameters
     ----------
@@ -57,12 +65,79 @@ def warn_of_missing_textures(header: Header, accessors: Accessors, path: Path) -
     """
     for reason, count in textures_without_picture(header).items():
         missing = "1 texture is" if count == 1 else f"{count} textures are"
-        log.warning("%s: %s not shown: %s; export it with PNG, JPEG or WebP", path, missing, reason)
+        found = f"{ktx2.remedy()}, or " if reason == _NO_KTX else ""
+        log.warning("%s: %s not shown: %s; %sexport it with PNG, JPEG or WebP", path, missing, reason, found)
     textures, images = _listed(header, "textures"), _listed(header, "images")
     sources = [_source(textures[n]) for n in _used_textures(header) if n in range(len(textures))]
     for number in sorted({n for n in sources if isinstance(n, int) and n in range(len(images))}):
         if not _opens(images[number], accessors):
             log.warning("%s: images[%d] cannot be read as an image; ignored", path, number)
+
+
+def decode_pictures(header: Header, accessors: Accessors, path: Path) -> bool:
+    """Replace KTX 2 pictures of textures that are drawn and have no picture of a usual kind beside it, by PNG.
+
+    Parameters
+    ----------
+    header
+        The JSON header, checked by `gltf.check_header`; changed in place.
+    accessors
+        Reads the file's data; holds the decoded pictures.
+    path
+        The file, for messages; pictures that cannot be decoded are logged, and their textures have none.
+
+    Returns
+    -------
+    bool
+        Whether any was replaced.
+
+    Raises
+    ------
+    InputError
+        `path: …` if the machine has too little memory, or the library is missing and the file requires it.
+    ValueError, TypeError, LookupError
+        For damaged data.
+    """
+    textures, images = _listed(header, "textures"), _listed(header, "images")
+    drawn = [textures[number] for number in _used_textures(header) if number in range(len(textures))]
+    sources = [(texture, source) for texture in drawn if (source := _ktx_source(texture, images)) is not None]
+    if not sources:
+        return False
+    if not ktx2.is_available():
+        if BASISU in header.get("extensionsRequired", []):
+            raise InputError(f"{path}: {_NO_KTX}; {ktx2.remedy()}, or export it with PNG, JPEG or WebP")
+        return False
+    numbers = sorted({source for _, source in sources})
+    made: dict[int, int] = {}
+    decoded = ktx2.decode([_contents(images[number], accessors) for number in numbers], path)
+    for number, pixels in zip(numbers, decoded, strict=True):
+        if pixels is None:
+            log.warning("%s: images[%d] cannot be read as an image; ignored", path, number)
+        else:
+            made[number] = len(images)
+            images.append({"bufferView": accessors.add_view(_png(pixels)), "mimeType": "image/png"})
+    for texture, source in sources:
+        if source in made:
+            texture.pop("extensions", None)
+            texture["source"] = made[source]
+    return bool(made)
+
+
+def _contents(image: Header, accessors: Accessors) -> bytes:
+    """Return the bytes of an image; none if it is in a file that is missing, which is logged when it is looked for."""
+    try:
+        return accessors.picture(image)
+    except FileNotFoundError:
+        return b""
+
+
+def _png(pixels: NDArray[np.uint8]) -> bytes:
+    """Return a PNG file, not compressed, of pixels (H, W, 4)."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "PNG", compress_level=0)
+    return file.getvalue()
 
 
 def _used_textures(header: Header) -> list[int]:
@@ -79,15 +154,33 @@ def _used_textures(header: Header) -> list[int]:
 
 def _why_not(texture: Any, images: list[Any]) -> str | None:
     """Return why the picture of a texture is not read; None if it is."""
-    number = _source(texture)
-    image = images[number] if isinstance(number, int) and 0 <= number < len(images) else None
-    if isinstance(image, dict):
-        is_ktx = image.get("mimeType") == _KTX or str(image.get("uri", "")).lower().endswith(".ktx2")
-        return f"no support for {_KTX}" if is_ktx else None
-    extensions = texture.get("extensions") if isinstance(texture, dict) else None
-    if isinstance(extensions, dict) and extensions:
+    if _ktx_source(texture, images) is not None:
+        return None if ktx2.is_available() else _NO_KTX
+    if _image(_source(texture), images) is not None:
+        return None
+    extensions = object_under(texture, "extensions") if isinstance(texture, dict) else {}
+    if extensions:
         return f"no support for {', '.join(quoted(name) for name in sorted(extensions))}"
     return "no picture is named"
+
+
+def _ktx_source(texture: Any, images: list[Any]) -> int | None:
+    """Return the number of the KTX 2 picture of a texture that has no picture of a usual kind; None if it has none."""
+    own = _source(texture)
+    if isinstance(texture, dict) and own is None:
+        own = object_under(object_under(texture, "extensions"), BASISU).get("source")
+        return own if _image(own, images) is not None else None
+    image = _image(own, images)
+    return own if image is not None and _is_ktx(image) else None
+
+
+def _image(number: Any, images: list[Any]) -> Header | None:
+    image = images[number] if isinstance(number, int) and 0 <= number < len(images) else None
+    return image if isinstance(image, dict) else None
+
+
+def _is_ktx(image: Header) -> bool:
+    return image.get("mimeType") == _KTX or str(image.get("uri", "")).lower().endswith(".ktx2")
 
 
 def _source(texture: Any) -> Any:
@@ -108,14 +201,9 @@ def _opens(image: Any, accessors: Accessors) -> bool:
     from PIL import Image
 
     try:
-        if image.get("mimeType") == _KTX:
+        if image.get("mimeType") == _KTX or ("bufferView" not in image and not image["uri"].startswith("data:")):
             return True
-        if "bufferView" in image:
-            data = accessors.view(image["bufferView"])
-        elif (uri := image["uri"]).startswith("data:"):
-            data = base64.b64decode(uri.partition("base64,")[2])
-        else:
-            return True
+        data = accessors.picture(image)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about pictures of many pixels, whose size is checked later
             Image.open(io.BytesIO(data)).close()

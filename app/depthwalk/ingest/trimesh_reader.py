@@ -28,7 +28,7 @@ from depthwalk.ingest.gltf_geometry import express
 from depthwalk.ingest.gltf_normal_maps import fold_normal_maps
 from depthwalk.ingest.gltf_points import warn_of_undrawn
 from depthwalk.ingest.gltf_sizes import buffer_bytes, check_placed_size
-from depthwalk.ingest.gltf_textures import warn_of_missing_textures
+from depthwalk.ingest.gltf_textures import decode_pictures, warn_of_missing_textures
 from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import convert_material, plain_material, without_light
 from depthwalk.ingest.mesh import Material
@@ -144,11 +144,12 @@ def _expressed(data: bytes, path: Path, folder: _Folder) -> bytes:
     accessors = Accessors(header, data, folder.get)
     compressed = decompress(header, accessors, path)
     check_placed_size(header, length + sum(map(len, accessors.added.values())), path)
+    decoded = decode_pictures(header, accessors, path)
     warn_of_missing_textures(header, accessors, path)
     warn_of_undrawn(header, path)
     changed = [express(header, accessors), gltf.fold_extensions(header, path), fold_normal_maps(header, path)]
     folder.made |= accessors.added
-    return gltf.with_header(data, header, path) if compressed or any(changed) else data
+    return gltf.with_header(data, header, path) if compressed or decoded or any(changed) else data
 
 
 def _checked_stl(data: bytes, path: Path) -> bytes:

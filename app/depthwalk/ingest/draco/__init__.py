@@ -1,4 +1,4 @@
 """Decode meshes that Draco has compressed.
 
-DracoPy, which does it, is an extra of this package, `depthwalk[draco]`. It is imported in a process of its own alone.
+DracoPy, which does it, is of the extra `depthwalk[gltf]`. It is imported in a process of its own alone.
 """

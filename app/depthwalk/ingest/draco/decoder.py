@@ -93,7 +93,7 @@ def decode(streams: Sequence[DracoStream], path: Path) -> list[DracoMesh]:
     """
     if find_spec("DracoPy") is None:
         raise InputError(
-            f"{path}: is compressed by Draco; `{install_command('draco')}` installs what reads it, and "
+            f"{path}: is compressed by Draco; `{install_command('gltf')}` installs what reads it, and "
             "`gltf-transform copy` makes a file without compression"
         )
     triangles = sum(stream.triangles for stream in streams)

@@ -1,0 +1,90 @@
+"""Decode KTX 2 pictures, compressed by Basis Universal, in a process that may take only what their sizes explain.
+
+The library that does it, of the extra `depthwalk[gltf]`, takes the sizes in damaged files for what they
+are: changed files of 4 kB had it allocate 2 GB and work for 5 s. A process can be ended.
+"""
+
+import struct
+from collections.abc import Sequence
+from importlib.util import find_spec
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.budget import check_memory
+from depthwalk.extras import install_command
+from depthwalk.ingest.ktx2_worker import LENGTH, SIZE
+from depthwalk.ingest.watched_process import run_watched
+from depthwalk.limits import MAX_TEXTURE_PIXELS, MAX_TEXTURE_SIDE
+
+_MAGIC = b"\xabKTX 20\xbb\r\n\x1a\n"
+_SIDES = struct.Struct("<20xII")  # the beginning of a file, up to its width and height
+# What decoding may take; pictures of 2048 × 2048 pixels take 8 bytes and 4 ns for each.
+_BYTES, _BYTES_PER_PIXEL = 256 << 20, 16
+_SECONDS, _SECONDS_PER_PIXEL = 5.0, 1e-6
+_WORKER = "depthwalk.ingest.ktx2_worker"
+
+
+def is_available() -> bool:
+    """Return whether the library that decodes is installed."""
+    return find_spec("opengl_basisu") is not None
+
+
+def remedy() -> str:
+    """Return the part of a message about such pictures that tells how to install the library."""
+    return f"`{install_command('gltf')}` installs what reads it"
+
+
+def decode(files: Sequence[bytes], path: Path) -> list[NDArray[np.uint8] | None]:
+    """Decode pictures, in a process for all of them.
+
+    Parameters
+    ----------
+    files
+        The contents of KTX 2 files, or of anything else.
+    path
+        The file that holds or names them, for messages.
+
+    Returns
+    -------
+    list
+        For each its pixels (height, width, 4) uint8, as they are stored, row 0 at the top; None if it is damaged, of
+        another kind or too large, or takes more memory or time than its size explains.
+
+    Raises
+    ------
+    InputError
+        `path: …` if the machine has too little memory.
+    """
+    sizes = [_size(data) for data in files]
+    sound = [data for data, size in zip(files, sizes, strict=True) if size != (0, 0)]
+    answer = memoryview(_answer(sound, sum(width * height for width, height in sizes), path))
+    decoded: list[NDArray[np.uint8] | None] = []
+    for size in sizes:
+        found = SIZE.unpack(answer[: SIZE.size]) if size != (0, 0) and len(answer) >= SIZE.size else None
+        end = SIZE.size + 4 * found[0] * found[1] if found else 0
+        whole = found == size and len(answer) >= end
+        decoded.append(np.frombuffer(answer[SIZE.size : end], np.uint8).reshape(*size[::-1], 4) if whole else None)
+        answer = answer[end:]
+    return decoded
+
+
+def _answer(files: Sequence[bytes], pixels: int, path: Path) -> bytes:
+    """Return what the process writes of files of so many pixels in all, which may end anywhere."""
+    most_bytes, most_seconds = _BYTES + _BYTES_PER_PIXEL * pixels, _SECONDS + _SECONDS_PER_PIXEL * pixels
+    check_memory(path, most_bytes, f"KTX 2 pictures of {pixels} pixels")
+    if not files:
+        return b""
+    request = chain.from_iterable((LENGTH.pack(len(data)), data) for data in files)
+    return run_watched(_WORKER, request, most_bytes=most_bytes, most_seconds=most_seconds).data
+
+
+def _size(data: bytes) -> tuple[int, int]:
+    """Return the width and height of a KTX 2 file, pixels; zeros for another file, or a size that is not allowed."""
+    if not data.startswith(_MAGIC) or len(data) < _SIDES.size:
+        return 0, 0
+    width, height = _SIDES.unpack_from(data)
+    is_allowed = 0 < min(width, height) <= max(width, height) <= MAX_TEXTURE_SIDE
+    return (width, height) if is_allowed and width * height <= MAX_TEXTURE_PIXELS else (0, 0)
