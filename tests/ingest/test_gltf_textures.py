@@ -98,7 +98,7 @@ def test_only_textures_that_would_be_drawn_count() -> None:
         "textures": [avif, avif, avif, avif],
         "materials": [
             {"normalTexture": {"index": 1}, "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}},
-            {"occlusionTexture": {"index": 2}, "pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 2}}},
+            {"occlusionTexture": {"index": 2}},
             {"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseTexture": {"index": 3}}}},
         ],
     }

@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 
 from depthwalk import budget
+from depthwalk.assets.asset_files import mesh_source
 from depthwalk.errors import InputError
 from depthwalk.ingest import ktx2
 from depthwalk.ingest.gltf_unread import unread
 from depthwalk.ingest.loader import load_mesh
+from depthwalk.ingest.mesh_head import read_head
 from depthwalk.ingest.watched_process import Answer
+from depthwalk.scene.scene import MeshAsset
 from glb_files import SQUARE, Glb
 
 pytest.importorskip("opengl_basisu")
@@ -108,6 +111,18 @@ def test_a_damaged_picture_is_told_once_and_the_mesh_is_drawn(
     assert [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING] == [
         f"{path}: images[0] cannot be read as an image; ignored"
     ]
+
+
+def test_bakes_from_before_are_made_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = textured(FILES["UASTC"], tmp_path)
+    spec = MeshAsset(name="a", mesh=path, texture=None, up="y", height=None, dpci=None)
+    assert read_head(path).has_ktx2 is False  # without the extension, which exporters name
+    whole = path.read_bytes()
+    path.write_bytes(whole.replace(b'"extensionsRequired": [', b'"extensionsUsed":     ['))
+    assert read_head(path).has_ktx2
+    decoded = mesh_source(spec)
+    monkeypatch.setattr(ktx2, "find_spec", lambda name: None)
+    assert not read_head(path).has_ktx2 and mesh_source(spec) != decoded
 
 
 def test_a_missing_file_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -1,5 +1,6 @@
 """Materials of MTL and glTF as Phong terms."""
 
+import io
 from typing import Any
 
 import numpy as np
@@ -64,6 +65,40 @@ def test_rough_surfaces_have_wide_and_weak_highlights() -> None:
     assert smooth is not None and rough is not None
     assert smooth.shininess > rough.shininess == 1 and smooth.specular > rough.specular == 0
     assert convert_material(PBRMaterial(roughnessFactor=0.5), "a") is not None
+
+
+def test_a_roughness_map_counts_where_the_surface_shows_it() -> None:
+    texels = np.zeros((2, 2, 3), np.uint8)  # left: smooth metal, as what nothing shows often is
+    texels[0, 1], texels[1, 1] = (9, 128, 255), (9, 255, 0)  # right: metal of middling roughness above, rough below
+    uv = np.array([(0.75, 0.75), (1.75, 0.75), (-0.25, 0.25), (np.nan, 0.5)])  # two vertices above, one below
+
+    def given(**terms: float) -> PBRMaterial:
+        return PBRMaterial(metallicRoughnessTexture=Image.fromarray(texels), **terms)
+
+    found = convert_material(given(), "a", uv=uv)
+    assert found is not None and found.specular == pytest.approx(2 / 3 * (1 - 128 / 255))
+    assert found.shininess == pytest.approx(2 / (128 / 255) ** 4 - 2)
+    half = convert_material(given(roughnessFactor=0.5, metallicFactor=0.0), "a", uv=uv)
+    assert half is not None and half.specular == pytest.approx(0.3 * (1 - (2 * 64 / 255 + 127.5 / 255) / 3))
+    for nowhere in None, np.full((3, 2), np.nan):
+        plain = convert_material(given(roughnessFactor=0.5), "a", uv=nowhere)
+        assert plain == convert_material(PBRMaterial(roughnessFactor=0.5), "a")
+
+
+def test_a_large_roughness_map_is_averaged_in_fewer_pixels() -> None:
+    texels = np.zeros((1024, 1536, 3), np.uint8)
+    texels[::2, :, 1], texels[1::2, :, 1] = 100, 200
+    uv = np.random.default_rng(1).uniform(0, 1, (50, 2))
+    found = convert_material(PBRMaterial(metallicRoughnessTexture=Image.fromarray(texels)), "a", uv=uv)
+    assert found is not None and found.specular == pytest.approx(0.3 * (1 - 150 / 255), abs=0.002)
+
+
+def test_a_damaged_roughness_map_is_told() -> None:
+    data = io.BytesIO()
+    Image.new("RGB", (64, 64)).save(data, "PNG")
+    broken = Image.open(io.BytesIO(data.getvalue()[:60]))
+    with pytest.raises(InputError, match=r"^a: embedded texture: image data is damaged"):
+        convert_material(PBRMaterial(metallicRoughnessTexture=broken), "a", uv=np.zeros((1, 2)))
 
 
 def test_base_colours_of_gltf_are_linear() -> None:

@@ -132,6 +132,12 @@ def has_glow(header: dict[str, Any]) -> bool:
     return any("emissiveFactor" in material for material in objects_under(header, "materials"))
 
 
+def roughness_map_count(header: dict[str, Any]) -> int:
+    """Count the materials in the JSON header of a glTF file that have a map of roughness and metalness."""
+    materials = objects_under(header, "materials")
+    return sum("metallicRoughnessTexture" in object_under(each, "pbrMetallicRoughness") for each in materials)
+
+
 def object_under(parent: dict[str, Any], key: str) -> dict[str, Any]:
     """Return the object under a key of `parent`; an empty one if that is something else.
 

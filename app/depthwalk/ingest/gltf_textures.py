@@ -23,8 +23,8 @@ log = logging.getLogger(__name__)
 _WEBP = "EXT_texture_webp"
 _KTX = "image/ktx2"
 _NO_KTX = f"no support for {_KTX}"
-_READ = "baseColorTexture", "emissiveTexture", "normalTexture", "diffuseTexture"
-"""Keys of the textures of a material that are drawn."""
+_READ = "baseColorTexture", "emissiveTexture", "normalTexture", "diffuseTexture", "metallicRoughnessTexture"
+"""Keys of the textures of a material that are read."""
 
 Header = dict[str, Any]
 
@@ -72,6 +72,13 @@ def warn_of_missing_textures(header: Header, accessors: Accessors, path: Path) -
     for number in sorted({n for n in sources if isinstance(n, int) and n in range(len(images))}):
         if not _opens(images[number], accessors):
             log.warning("%s: images[%d] cannot be read as an image; ignored", path, number)
+
+
+def shows_ktx2(header: Header) -> bool:
+    """Return whether materials show KTX 2 pictures that can be decoded; the header may be malformed."""
+    textures, images = _listed(header, "textures"), _listed(header, "images")
+    drawn = [textures[number] for number in _used_textures(header) if number in range(len(textures))]
+    return any(_ktx_source(texture, images) is not None for texture in drawn) and ktx2.is_available()
 
 
 def decode_pictures(header: Header, accessors: Accessors, path: Path) -> bool:

@@ -139,6 +139,37 @@ def rgba(image: "Image.Image", name: str) -> NDArray[np.uint8]:
         raise InputError(f"{name}: image data is damaged or of an unsupported kind") from None
 
 
+def coarse(image: "Image.Image", name: str, side: int) -> NDArray[np.uint8]:
+    """Decode a picture that is used for nothing else, in fewer pixels, which is quicker for large ones.
+
+    Parameters
+    ----------
+    image
+        The picture, which must not have been decoded.
+    name
+        Its name in messages.
+    side
+        Most pixels along either side.
+
+    Returns
+    -------
+    numpy.ndarray
+        (H, W, 4) uint8, means of the picture's pixels, row 0 at the top.
+
+    Raises
+    ------
+    InputError
+        If it is damaged, too large or of an unsupported format.
+    """
+    from PIL import Image
+
+    check_size(image, name)
+    image.draft(None, (side, side))  # JPEG files only: decodes fewer pixels, but no fewer than these
+    pixels = Image.fromarray(rgba(image, name))
+    factor = -(-max(pixels.size) // side)
+    return np.array(pixels.reduce(factor))
+
+
 class TextureDecoder:
     """Decode the pictures of one mesh, each once, however many materials show it, and limit their total size."""
 

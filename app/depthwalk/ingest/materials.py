@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from depthwalk.errors import quoted
 from depthwalk.ingest.gltf_normal_maps import name_and_scale
-from depthwalk.ingest.image import TextureDecoder
+from depthwalk.ingest.image import TextureDecoder, coarse
 from depthwalk.ingest.mesh import OPAQUE, Material
 from depthwalk.limits import MAX_EMISSION, MAX_SHININESS
 
@@ -27,9 +27,12 @@ WHITE = (1.0, 1.0, 1.0)
 _CUTOFF = 0.5  # glTF's default
 _CLEAR = 0.01  # alpha up to which a surface counts as invisible
 _BLACK = (0.0, 0.0, 0.0)
+_COARSE = 512  # pixels along a side of roughness maps, which are only averaged
 
 
-def convert_material(material: object, name: str, textures: TextureDecoder | None = None) -> Material | None:
+def convert_material(
+    material: object, name: str, textures: TextureDecoder | None = None, uv: NDArray[np.float64] | None = None
+) -> Material | None:
     """Convert a material read by trimesh to Phong's model.
 
     Parameters
@@ -40,6 +43,9 @@ def convert_material(material: object, name: str, textures: TextureDecoder | Non
         The file, for messages.
     textures : TextureDecoder or None
         Decodes the pictures of the mesh; None for a single material.
+    uv : (V, 2) float64 or None
+        Texture coordinates of the vertices that have the material, v upward, NaN where there are none. They tell which
+        parts of a roughness map count.
 
     Returns
     -------
@@ -55,7 +61,7 @@ def convert_material(material: object, name: str, textures: TextureDecoder | Non
 
     textures = textures or TextureDecoder()
     if isinstance(material, PBRMaterial):
-        return _from_pbr(material, name, textures)
+        return _from_pbr(material, name, textures, uv)
     if isinstance(material, SimpleMaterial) and not _is_placeholder(material) and (material.name or material.image):
         image: Any = material.image
         path = None if image is None else image.info.get("file_path", "embedded texture")
@@ -157,13 +163,11 @@ def _is_placeholder(material: "SimpleMaterial") -> bool:
     return material.image is not None and material.image.format is None
 
 
-def _from_pbr(material: "PBRMaterial", name: str, textures: TextureDecoder) -> Material:
-    """Return the Phong material whose lobe is as wide as that of GGX with α = roughness²; rough surfaces have none."""
+def _from_pbr(material: "PBRMaterial", name: str, textures: TextureDecoder, uv: NDArray[np.float64] | None) -> Material:
+    """Return the Phong material that stands for one of glTF."""
     factor = material.baseColorFactor
     colour = WHITE if factor is None else _rgb((np.asarray(factor[:3], np.float64) / 255.0).tolist(), WHITE)
-    roughness = min(max(_scalar(material.roughnessFactor, 1.0), 0.0), 1.0)
-    metallic = min(max(_scalar(material.metallicFactor, 1.0), 0.0), 1.0)
-    shininess = 2.0 / max(roughness, 0.1) ** 4 - 2.0
+    specular, shininess = _highlight(material, name, uv)
     texture, emission_texture, normal_map = (
         None if image is None else textures.decode(image, f"{name}: {image.info.get('file_path', 'embedded texture')}")
         for image in (material.baseColorTexture, material.emissiveTexture, material.normalTexture)
@@ -176,7 +180,6 @@ def _from_pbr(material: "PBRMaterial", name: str, textures: TextureDecoder) -> M
     elif mode == "BLEND" and texture is not None and _cuts_out(texture):
         cutoff = _CUTOFF
     emission = _rgb(material.emissiveFactor, _BLACK, MAX_EMISSION)
-    specular = (1 - roughness) * (0.3 + 0.7 * metallic)
     return _material(
         _called(name, own_name),
         Material(
@@ -193,6 +196,27 @@ def _from_pbr(material: "PBRMaterial", name: str, textures: TextureDecoder) -> M
         opacity=alpha if mode == "BLEND" else 1.0,
         without_alpha=None if mode == "BLEND" else textures.without_alpha,
     )
+
+
+def _highlight(material: "PBRMaterial", name: str, uv: NDArray[np.float64] | None) -> tuple[float, float]:
+    """Return specular strength and Phong exponent of a lobe as wide as that of GGX with α = roughness².
+
+    Rough surfaces have none. A material has one highlight, so that a map of roughness and metalness counts by its mean
+    at the vertices, since parts of it that no surface shows may hold anything.
+    """
+    roughness = np.array([min(max(_scalar(material.roughnessFactor, 1.0), 0.0), 1.0)])
+    metallic = np.array([min(max(_scalar(material.metallicFactor, 1.0), 0.0), 1.0)])
+    if (image := material.metallicRoughnessTexture) is not None and uv is not None and np.isfinite(uv).any():
+        texels = coarse(image, f"{name}: {image.info.get('file_path', 'embedded texture')}", _COARSE)
+        u, v = uv[np.isfinite(uv).all(axis=1)].T
+        rows = ((1 - v) % 1 * texels.shape[0]).astype(np.int64)
+        shown = texels[rows % texels.shape[0], (u % 1 * texels.shape[1]).astype(np.int64) % texels.shape[1]] / 255.0
+        roughness, metallic = roughness * shown[:, 1], metallic * shown[:, 2]
+    specular = (1 - roughness) * (0.3 + 0.7 * metallic)
+    # The width of the highlight is that of the parts that have one.
+    weight = specular if specular.any() else np.ones_like(specular)
+    mean = float((weight * roughness).sum() / weight.sum())
+    return float(specular.mean()), 2.0 / max(mean, 0.1) ** 4 - 2.0
 
 
 def _cuts_out(texture: NDArray[np.uint8]) -> bool:

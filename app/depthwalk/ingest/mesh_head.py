@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -44,6 +45,10 @@ class MeshHead:
         ignored.
     has_normal_maps
         Whether materials have normal maps that are read, or height maps.
+    has_roughness_maps
+        Whether materials have maps of roughness and metalness, of which earlier versions read nothing.
+    has_ktx2
+        Whether it shows KTX 2 pictures, which are read if the library for it is installed.
     is_unlit
         Whether it is shown without light, which earlier versions added.
     """
@@ -57,6 +62,8 @@ class MeshHead:
     has_other_geometry: bool = False
     has_diffuse_colours: bool = False
     has_normal_maps: bool = False
+    has_roughness_maps: bool = False
+    has_ktx2: bool = False
     is_unlit: bool = False
 
 
@@ -158,6 +165,14 @@ def _is_translucent(material: MtlMaterial) -> bool:
     return bool(np.any(np.less(material.terms.get("d", 1), 1)) or ((clear > 0) & (clear < 1)).any())
 
 
+def _shows_ktx2(header: dict[str, Any]) -> bool:
+    if gltf.BASISU not in header.get("extensionsUsed", []):
+        return False
+    from depthwalk.ingest.gltf_textures import shows_ktx2  # which few files need
+
+    return shows_ktx2(header)
+
+
 def _gltf_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
     """Return the information in the JSON header of a glTF or GLB file."""
     header = gltf.read_header(data, path)
@@ -173,6 +188,8 @@ def _gltf_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
             has_glow=gltf.has_glow(header),
             has_other_geometry=is_other_geometry(header),
             has_normal_maps=normal_map_counts(header)[0] > 0,
+            has_roughness_maps=gltf.roughness_map_count(header) > 0,
+            has_ktx2=_shows_ktx2(header),
             is_unlit=gltf.is_unlit(header),
         )
     except (AttributeError, TypeError):

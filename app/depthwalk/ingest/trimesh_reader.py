@@ -242,7 +242,7 @@ class _Palette:
         material = None
         key: object = id(source)
         if key not in self.numbers:
-            material = convert_material(source, str(self.path), self.textures)
+            material = convert_material(source, str(self.path), self.textures, _file_uv(mesh))
             if material is None:
                 key = coloured
         if key not in self.numbers:
