@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from depthwalk.types import Array
 
 _COUNT = 512  # directions, 5° apart: the selected points extend as far as all points to within 0.5 %
-_BLOCK = 1 << 13  # points that are projected at a time: 16 MB
+_PRODUCTS = 1 << 18  # of points and directions, computed at a time: 1 or 2 MB, which a core's cache holds
 
 
 def extreme_points(points: Array) -> NDArray[np.float64]:
@@ -47,10 +47,11 @@ def farthest(points: Array, directions: Array) -> tuple[NDArray[np.int64], Array
         (m,) rows of the points, the first of several that are equally far; and (m,) their products with the directions.
     """
     found, reach = np.zeros(len(directions), np.int64), np.full(len(directions), -np.inf)
-    for start in range(0, len(points), _BLOCK):
-        along = points[start : start + _BLOCK] @ directions.T
-        best = along.argmax(0)
-        value = along[best, np.arange(len(directions))]
+    block = max(_PRODUCTS // max(len(directions), 1), 1)
+    for start in range(0, len(points), block):
+        along = directions @ points[start : start + block].T  # a row for each direction, since rows are searched faster
+        best = along.argmax(1)
+        value = along[np.arange(len(directions)), best]
         farther = value > reach
         reach[farther], found[farther] = value[farther], start + best[farther]
     return found, reach

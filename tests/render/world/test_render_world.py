@@ -98,3 +98,18 @@ def test_glass_that_depth_images_do_not_show_counts_for_framing(gl_device: Devic
     renderer.release()
     assert points.min(0) == pytest.approx(mesh.positions.min(0), abs=0.1)
     assert points.max(0) == pytest.approx(mesh.positions.max(0), abs=0.1)
+
+
+def test_points_are_read_once_to_show_all_objects(gl_device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Again only once something else is drawn."""
+    renderer = Renderer(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), ShapeLibrary([box(1, 1, 1)]))
+    try:
+        world, read = renderer.world, []
+        points = world.points
+        monkeypatch.setattr(world, "points", lambda number: read.append(number) or points(number))
+        first = renderer.frame_all(1.5)
+        assert len(read) == 1 and renderer.frame_all(1.5) == first and len(read) == 1
+        world.representation = Representation.MESH
+        assert renderer.frame_all(1.5) and len(read) == 2
+    finally:
+        renderer.release()

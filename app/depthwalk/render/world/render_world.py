@@ -66,6 +66,7 @@ class RenderWorld:
         self._bounds: Bounds | None = None
         self._choice: MeshChoice | None = None
         self._cells: SpatialCells | None = None
+        self._extremes: dict[int, Array] = {}
         self._generation = self._changes = 0
         self._moment: float | None = None
         self._moving_rows: tuple[Ints, Rows] | None = None
@@ -168,6 +169,7 @@ class RenderWorld:
 
     def _forget(self) -> None:
         self._objects = self._owners = self._table = self._bounds = self._cells = self._choice = self._moment = None
+        self._extremes.clear()
         self._generation += 1
         self._changes += 1
 
@@ -237,8 +239,13 @@ class RenderWorld:
         return rotate(conjugate(np.array(part.rotation)), mesh.positions[corners] - part.position)
 
     def extremes(self, number: int) -> Array:
-        """Return those of `points` that reach farthest, (k, 3), see `geometry.extreme_points`."""
-        return extreme_points(self.points(number))
+        """Return those of `points` that reach farthest, (k, 3), see `geometry.extreme_points`.
+
+        They are kept, since each key that shows all objects asks for them again, and reading all points takes a while.
+        """
+        if number not in self._extremes:
+            self._extremes[number] = extreme_points(self.points(number))
+        return self._extremes[number]
 
     @property
     def ground_height(self) -> float | None:
