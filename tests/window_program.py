@@ -94,6 +94,7 @@ def watched_step(walk):
         fast=state.fast,
         message=state._toast.message,
         toast=state.toast,
+        complaint=state.complaint,
         position=state.camera.position,
         look=tuple(state.camera.look),
         recorded=state.recorder.seconds if state.recorder else 0,

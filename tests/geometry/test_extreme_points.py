@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from depthwalk.geometry.extreme_points import extreme_points, farthest, spread_directions
+from depthwalk.types import Array
 
 
 def test_few_points_reach_as_far_as_all() -> None:
@@ -29,9 +30,9 @@ def test_where_there_are_few_all_are_kept() -> None:
 
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
 @pytest.mark.parametrize("count", [0, 1, 7, 512])
-def test_the_farthest_are_found_across_blocks(kind: type, count: int) -> None:
+def test_the_farthest_are_found_across_blocks(kind: type[np.float32 | np.float64], count: int) -> None:
     """Of several that are equally far the first, wherever blocks begin and end."""
-    points = np.random.default_rng(5).integers(-9, 9, (70_001, 3)).astype(kind)
+    points: Array = np.random.default_rng(5).integers(-9, 9, (70_001, 3)).astype(kind)
     directions = spread_directions(count) if count else np.zeros((0, 3))
     found, reach = farthest(points, directions)
     along = points @ directions.T

@@ -48,3 +48,53 @@ def test_what_loads_is_not_reloaded() -> None:
     viewer.loading.busy = False
     key_actions(viewer)["R"]()
     assert viewer.next_files == viewer.state.scene.files
+
+
+def test_escape_closes_what_is_in_front() -> None:
+    """Loading, the captured mouse, the help and the panel come before the window."""
+    closed: list[str] = []
+    mouse = SimpleNamespace(captured=True, capture=lambda on: closed.append("mouse"))
+    viewer = walk(
+        loading=SimpleNamespace(busy=True, stop=lambda: closed.append("loading")),
+        input=mouse,
+        window=SimpleNamespace(close=lambda: closed.append("window")),
+    )
+    shown, escape = viewer.state, key_actions(viewer)["ESCAPE"]
+    shown.help = shown.panel = True
+    escape()
+    viewer.loading.busy = False
+    escape()
+    assert closed == ["loading", "mouse"]
+    mouse.captured = False
+    escape()
+    assert (shown.help, shown.panel) == (False, True)
+    escape()
+    assert not shown.panel and closed == ["loading", "mouse"]
+    escape()
+    assert closed == ["loading", "mouse", "window"]
+
+
+def test_escape_warns_before_values_are_lost() -> None:
+    """Once: pressed again it closes; and neither of false colours nor of what no file can hold."""
+    closed: list[bool] = []
+    viewer = walk(
+        loading=SimpleNamespace(busy=False),
+        input=SimpleNamespace(captured=False),
+        window=SimpleNamespace(close=lambda: closed.append(True)),
+    )
+    escape, settings = key_actions(viewer)["ESCAPE"], viewer.state.scene.render
+    settings.inspection.show = "level"
+    escape()
+    assert closed.pop()
+    settings.warp.reuse_error = 3.0
+    settings.shadows.enabled = not settings.shadows.enabled
+    escape()
+    assert not closed and viewer.state.toast.startswith("Not in scene.yaml: 2 values.")
+    escape()
+    assert closed.pop()
+    viewer.state.tell("Something else, so that the warning is not on the screen any more")
+    escape()
+    assert not closed
+    viewer.state.saved_to = "nowhere"
+    escape()
+    assert closed

@@ -168,3 +168,21 @@ def test_who_has_moved_stays_there_when_the_window_changes_its_shape() -> None:
     zoomed.set_fov(0.4)
     zoomed.follow_window(0.5)
     assert zoomed.camera.position == (0, 1, 9)
+
+
+def test_a_complaint_stays_until_the_files_are_read_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However long that takes, and whatever is told meanwhile."""
+    now = [0.0]
+    monkeypatch.setattr("depthwalk.walk.toast.time.monotonic", lambda: now[0])
+    walk = state()
+    walk.scene.objects = walk.renderer.world.objects = [None]  # type: ignore[misc, assignment, method-assign]
+    walk.renderer.world.is_whole = True  # type: ignore[misc]
+    walk.tell("Reloaded scene.yaml")
+    walk.complain("scene.yaml:2:1: camra: unknown key")
+    assert walk.notice == "scene.yaml:2:1: camra: unknown key"
+    now[0] = 3600.0
+    assert walk.notice == "scene.yaml:2:1: camra: unknown key"
+    walk.tell("Flying")
+    assert walk.notice == "Flying\nscene.yaml:2:1: camra: unknown key"
+    read_again(walk, RenderSettings())
+    assert not walk.complaint

@@ -223,9 +223,13 @@ def test_a_watched_scene_is_read_again_when_it_is_saved(start: Start, tmp_path: 
     program = (user := start()).program
     watched = watched_scene(user, tmp_path)
     watched.write_text(SCENE.replace("yaw: 30", "yaww: 30"))
-    program.wait(names("yaww"), "a complaint about a mistake")
+    program.wait(lambda report: "yaww" in report.get("complaint", ""), "a complaint about a mistake")
+    user.do("key", "z")
+    program.wait_for(hud=False, toast="")
+    assert "watched.yaml:8:43" in program.told[-1]["complaint"]  # still
     watched.write_text(SCENE.replace("yaw: 30", "yaw: 60"))
     program.wait(lambda report: report.get("message", "").startswith("Reloaded watched.yaml"), "the scene again")
+    program.wait_for(complaint="")
     user.do("key", "Escape")
     assert not any(program.end().values())
 
@@ -263,6 +267,11 @@ def test_what_the_panel_changes_is_kept(start: Start, scene_file: Path) -> None:
     user.click("Save")
     program.wait(names("Saved 1 value"), "what was saved")
     assert scene_file.read_text() == saved.replace("yaw: 30", "yaw: 31").replace("collide: false", "collide: true")
+
+    user.click("collide")
+    program.wait_for(changed={"walk": {"collide": False}})
+    user.do("key", "Escape", "key", "Escape")  # the panel is closed, but not the window
+    program.wait(names("Not in scene.yaml: 1 value"), "a warning")
     user.do("key", "Escape")
     assert not any(program.end().values())
 
@@ -282,7 +291,7 @@ def test_a_watched_scene_is_not_read_again_when_the_window_saves_it(start: Start
     assert not any(report.get("message", "").startswith("Reloaded") for report in program.told)
     watched.write_text(watched.read_text().replace("yaw: 30", "yaw: 60"))
     program.wait(lambda report: report.get("message", "").startswith("Reloaded watched.yaml"), "the scene again")
-    user.do("key", "Escape")
+    user.do("key", "Tab", "key", "Escape")
     assert not any(program.end().values())
 
 

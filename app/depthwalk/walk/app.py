@@ -1,6 +1,7 @@
 """Walk through a scene in a window: everything that lives as long as the window, and the frame loop."""
 
 import gc
+import logging
 import time
 from contextlib import ExitStack, suppress
 from functools import partial
@@ -52,6 +53,8 @@ from depthwalk.walk.window import (
     take_events,
     title_of,
 )
+
+log = logging.getLogger(__name__)
 
 _UPLOAD_SECONDS = 0.008  # per frame, for uploading assets that come into sight
 _STILL_SECONDS = 0.25  # from frame to frame while nothing happens and assets are baked on the same cores
@@ -173,7 +176,11 @@ class Walk:
                 if left_out:
                     self.state.tell(left_out)
             except InputError as error:
-                self.state.tell(str(error))
+                if files == self.state.scene.files:
+                    log.warning("%s", error)  # bare: for who edits the file and looks at a terminal
+                    self.state.complain(str(error))
+                else:
+                    self.state.tell(str(error))
             except StoppedError:
                 if self.window.is_closing:
                     raise
@@ -301,6 +308,7 @@ class Walk:
         content = (
             self.window.size,
             state.toast,
+            state.complaint,
             state.hud,
             state.panel,
             state.help,
@@ -313,10 +321,12 @@ class Walk:
 
     def _report_background(self) -> None:
         """Report what could not be prepared in the background; set the walking speed once the whole scene is shown."""
-        sources = self.renderer.assets.meshes.reader.failures, self.background.failures
-        if complaints := [complaint for failures in sources for complaint in failures]:
-            self.state.tell("\n".join(dict.fromkeys(complaints)))
-        for failures in sources:
+        unread, unbaked = self.renderer.assets.meshes.reader.failures, self.background.failures
+        if unread:  # so that objects are missing
+            self.state.complain("\n".join(dict.fromkeys([*self.state.complaint.splitlines(), *unread])))
+        if unbaked:
+            self.state.tell("\n".join(dict.fromkeys(unbaked)))
+        for failures in (unread, unbaked):
             failures.clear()
         self.state.adjust_speed()
 

@@ -57,7 +57,7 @@ HELP = (
     ("B", "stop baking depth images"),
     ("Z / H", "HUD / this help"),
     ("F11 / F12", "full screen / screenshot"),
-    ("Esc", "close"),
+    ("Esc", "close help, panel, window"),
 )
 
 

@@ -3,12 +3,13 @@
 Keys that are held to move the viewer are in `input`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from depthwalk.render.up_axis import ModelTurn
 from depthwalk.scene.arrays import Representation
+from depthwalk.scene.saved_values import count_text
 from depthwalk.walk.background_work import BackgroundWork
 from depthwalk.walk.camera_text import camera_yaml
 from depthwalk.walk.file_watch import OwnChange
@@ -91,13 +92,28 @@ def key_actions(walk: Walk) -> dict[str, Callable[[], None]]:
 
 
 def _escape(walk: Walk) -> None:
-    """Stop loading; otherwise release the mouse; otherwise close the window."""
+    """Stop loading, release the mouse, hide the help or the panel, or close the window: the first that there is.
+
+    Where values would be lost that the panel has changed, the window closes only once the key is pressed again.
+    """
+    state = walk.state
     if walk.loading.busy:
         walk.loading.stop()
     elif walk.input.captured:
         walk.input.capture(False)
+    elif state.help:
+        state.help = False
+    elif state.panel:
+        state.panel = False
+    elif (unsaved := state.unsaved) and state.toast != (warning := _warning(state, unsaved)):
+        state.tell(warning)
     else:
         walk.window.close()
+
+
+def _warning(state: State, unsaved: Mapping[str, Any]) -> str:
+    """Return what to tell before `unsaved` values are lost."""
+    return f"Not in {state.scene.path.name}: {count_text(unsaved)}. Ctrl+S saves, Esc closes without"
 
 
 def _copy_camera(walk: Walk) -> None:

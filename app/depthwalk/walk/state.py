@@ -112,7 +112,7 @@ class State(Viewer):
         aspect
             Width / height of the window.
         """
-        again = scene.files == self.scene.files
+        again, self.complaint = scene.files == self.scene.files, ""
         self.tell(f"Reloaded {scene.title}" if again else scene.title)
         self.end_recording()  # its message is more important
         inspection = self.changed.get("render", {}).get("inspection", {}) if again else {}
@@ -131,6 +131,18 @@ class State(Viewer):
         """Return the values that differ from those of the scene's file; see `FileValues.changed`."""
         chosen = self.chosen_fov if self.chosen_fov == self.camera.fov else None  # not while a path sets another
         return self.file_values.changed(chosen)
+
+    @property
+    def unsaved(self) -> dict[str, Any]:
+        """Return those of `changed` that would be missed when the window closes.
+
+        None of a model without a scene file is, nor what is inspected instead of the lit picture.
+        """
+        if self.saved_to == "nowhere":
+            return {}
+        changed = self.changed
+        changed.get("render", {}).pop("inspection", None)
+        return {group: values for group, values in changed.items() if values}
 
     def undo_changes(self) -> None:
         """Give the scene the values of its file again."""

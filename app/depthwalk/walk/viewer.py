@@ -81,6 +81,9 @@ class Viewer:
         How long the scene's animations have run, seconds; 0 in a scene without animations.
     is_animated
         Whether they run; not while the user has paused them.
+    complaint
+        What is wrong with the files of the scene, and not in the picture therefore; it is shown until they are read
+        without it, since somebody who edits them looks elsewhere when they are. "" if there is nothing.
     chosen_fov
         The vertical field of view that the user chose last, radians; None if none was. Paths and the first camera have
         their own.
@@ -99,6 +102,7 @@ class Viewer:
     obstacles: Obstacles | None = None
     moment: float = 0.0
     is_animated: bool = True
+    complaint: str = ""
     chosen_fov: float | None = None
     _first_speed: float = 0.0  # m/s: the one that `arrive` set; 0 once the whole scene is shown
     _toast: Toast = field(default_factory=Toast)
@@ -112,6 +116,11 @@ class Viewer:
         """Show `message` for a few seconds, or longer if it takes longer to read."""
         self._toast.show(message)
 
+    def complain(self, complaint: str) -> None:
+        """Show `complaint` until the files of the scene are read without it."""
+        self.complaint = complaint
+        self.tell("")  # the last message may say the opposite
+
     @property
     def toast(self) -> str:
         """Return the message to show now, or an empty string if there is none or its time is over."""
@@ -119,13 +128,13 @@ class Viewer:
 
     @property
     def notice(self) -> str:
-        """Return the message to show now, and why objects are missing from the picture; "" if there is neither."""
+        """Return the message to show now, and why the picture is not what the files say; "" if there is neither."""
         missing = ""
         if not len(self.scene.objects):
             missing = "The scene has no objects"
         elif not self.renderer.world.is_whole and self.renderer.assets.meshes.reader.is_busy:
             missing = "Reading models \u2026"
-        return "\n".join(filter(None, (self.toast, missing)))
+        return "\n".join(filter(None, (self.toast, self.complaint, missing)))
 
     @property
     def ground(self) -> float:
