@@ -33,6 +33,15 @@ def test_text_names_its_columns_in_any_order(tmp_path: Path) -> None:
     assert {array.dtype for array in (read.position, read.rotation, read.scale)} == {np.dtype(np.float32)}
 
 
+@pytest.mark.parametrize("separator", [",", ";", "\t", " ; "])
+def test_spreadsheets_may_separate_by_semicolons_or_tabs(tmp_path: Path, separator: str) -> None:
+    """And name columns in capitals."""
+    (tmp_path / "a.csv").write_text("\n".join(separator.join(row) for row in (["X", "Z", "Yaw", "Y"], list("1392"))))
+    read = read_places(tmp_path / "a.csv")
+    np.testing.assert_array_equal(read.position, [[1, 2, 3]])
+    np.testing.assert_allclose(read.rotation, from_yaw(np.radians([9])), atol=1e-6)
+
+
 @pytest.mark.parametrize("columns", [3, 4, 5, 6, 7])
 def test_arrays_are_read_as_text_is(tmp_path: Path, columns: int) -> None:
     names = ["x", "y", "z", "yaw", "scale", "pitch", "roll"][:columns]
@@ -87,6 +96,8 @@ def test_a_hundred_thousand_places_load_in_seconds(tmp_path: Path) -> None:
             "x,y,x,z\n",
             f":1{RULE}",
         ),
+        ("x;y;z\n1;2\n", ":2: has 2 columns, the first line 3"),
+        ("x;y;z\n1;2,5;3\n", ":2: '2,5' is not a number; write 2.5"),
         ("x,y,z\n1,2,3\n\n4,5,6\n", ":3: has 0 columns, the first line 3"),
         ("x,y,z\n1,2,3\n4,5\n", ":3: has 2 columns, the first line 3"),
         ("x,y,z\n1,2,3,4\n", ":2: has 4 columns, the first line 3"),

@@ -26,7 +26,9 @@ def read_places(path: Path) -> Similarity:
     ----------
     path
         The file: `.npy`, an array (n, 3 to 7) of x, y, z, yaw, scale, pitch and roll; or CSV text whose first line
-        names those columns in any order. All after z are optional. Lengths are metres, angles degrees.
+        names those columns in any order, in small letters or capitals. Fields are separated by commas, semicolons or
+        tabs, as by spreadsheets in countries that write commas in numbers. All columns after z are optional. Lengths
+        are metres, angles degrees.
 
     Returns
     -------
@@ -75,7 +77,8 @@ def _read_text(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
         head, _, body = path.read_text("utf-8-sig").partition("\n")
     except (OSError, ValueError):
         raise InputError(f"{path}: cannot be read as UTF-8 text") from None
-    names = tuple(name.strip() for name in next(csv.reader([head]), []))
+    separator = next((found for found in ";\t" if found in head), ",")
+    names = tuple(name.strip() for name in next(csv.reader([head.lower()], delimiter=separator), []))
     rule = f": the first line must name the columns x, y, z, and may name {', '.join(_COLUMNS[3:])}, once each"
     for name in names:
         if name not in _COLUMNS:
@@ -84,29 +87,34 @@ def _read_text(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
         raise InputError(f"{path}:1{rule}")
     lines = body.rstrip().splitlines()
     _check_count(path, len(lines))
-    return names, _numbers(path, lines, len(names)), 2
+    return names, _numbers(path, lines, len(names), separator), 2
 
 
-def _numbers(path: Path, lines: list[str], columns: int) -> NDArray[np.float64]:
+def _numbers(path: Path, lines: list[str], columns: int, separator: str) -> NDArray[np.float64]:
     """Return the numbers (n, columns) in `lines`, the file's second line and all after it."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # raised if there are no lines
         try:
-            values = np.loadtxt(lines, delimiter=",", comments=None, ndmin=2).reshape(-1, columns)
+            values = np.loadtxt(lines, delimiter=separator, comments=None, ndmin=2).reshape(-1, columns)
             if len(values) == len(lines):
                 return values
         except (ValueError, OverflowError):
             pass
     for line, text in enumerate(lines, 2):
-        fields = text.split(",")
+        fields = text.split(separator)
         if len(fields) != columns:
             raise InputError(
                 f"{path}:{line}: has {len(fields) if text.strip() else 0} columns, the first line {columns}"
             )
         for field in fields:
             if not re.fullmatch(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", field):
-                raise InputError(f"{path}:{line}: {field.strip()[:40]!r} is not a number")
+                raise InputError(f"{path}:{line}: {field.strip()[:40]!r} is not a number{_point_for(field)}")
     raise InputError(f"{path}: cannot be read as numbers")
+
+
+def _point_for(field: str) -> str:
+    """Return what to write instead, if a field is a number with a decimal comma; otherwise ""."""
+    return f"; write {field.strip().replace(',', '.')}" if re.fullmatch(r"\s*[+-]?\d+,\d+\s*", field) else ""
 
 
 def _check_count(path: Path, count: int) -> None:
