@@ -57,6 +57,10 @@ class WatchedDevice(app.Device):
         devices.append(self)
 
 class WatchedScreen(app.LoadingScreen):
+    def begin(self, title):
+        super().begin(title)
+        tell(begins=title, over=None if self.backdrop is None else self.backdrop.size)
+
     def report(self, name, stage):
         tell(loading=name)
         super().report(name, stage)

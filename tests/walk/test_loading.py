@@ -1,9 +1,14 @@
 import threading
+from typing import cast
 
+import numpy as np
 import pytest
 
-from depthwalk.walk.loading import StoppedError
-from walks import loading
+from depthwalk.gpu.device import Device
+from depthwalk.walk.loading import LoadingScreen, StoppedError
+from depthwalk.walk.overlay import Overlay
+from depthwalk.walk.window import Window
+from walks import FakeWindow, loading
 
 
 def test_each_stage_is_told_and_shown() -> None:
@@ -52,3 +57,27 @@ def test_a_thread_that_reads_beside_the_frames_touches_no_window() -> None:
     thread.start()
     thread.join()
     assert told == [("bust", "reading")] and window.shown == 0 and not drawn
+
+
+@pytest.mark.gl
+def test_progress_is_shown_over_the_last_picture(gl_device: Device) -> None:
+    """However large the window has become; without one it is dark."""
+    gl = gl_device.scope("test")
+    overlay = Overlay(gl_device, lambda: 1.0)
+    try:
+        window = FakeWindow()
+        window.size = window.buffer_size = (640, 480)
+        window.fbo = gl.framebuffer([gl.texture((640, 480), 4)])
+        rows = np.zeros((48, 64, 3), np.uint8)
+        rows[24:] = 200, 100, 50  # the upper half
+        screen = LoadingScreen(cast(Window, window), overlay, lambda *_: None)
+        for backdrop, above in ((None, [13, 14, 17]), (gl.texture((64, 48), 3, data=rows.tobytes()), [200, 100, 50])):
+            screen.backdrop = backdrop
+            screen.begin("scene.yaml")
+            shown = np.frombuffer(window.fbo.read(components=3), np.uint8).reshape(480, 640, 3)
+            assert np.abs(shown[-1, 0].astype(int) - above).max() <= 1
+            assert np.ptp(shown[210:270, 100:540].astype(int)) > 150  # the text
+        assert not shown[0, 0].any()
+    finally:
+        overlay.release()
+        gl.release()

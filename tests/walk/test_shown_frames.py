@@ -427,3 +427,18 @@ def test_an_object_that_a_program_moves_ends_the_rest(gl_device: Device, mode: L
         window.round()
         window.rest()
         assert (window.pixels() != before).any()
+
+
+@pytest.mark.parametrize("mode", ["on", "off"])
+def test_the_last_picture_can_be_shown_again(gl_device: Device, mode: Literal["on", "off"]) -> None:
+    """As a backdrop, while another scene is loaded; the still picture is finer."""
+    with Window(gl_device, mode) as window:
+        before = window.pixels()
+        window.frames.show_again(window.screen)
+        np.testing.assert_array_equal(window.pixels(), before)  # of nothing, nothing
+        window.rest()
+        last = window.pixels().astype(int)
+        window.screen.clear()
+        window.frames.finish()
+        window.frames.show_again(window.screen)
+        assert np.abs(window.pixels() - last).mean() < 3 < last.std()

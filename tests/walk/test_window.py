@@ -169,6 +169,8 @@ def test_files_are_dropped_and_read_again(start: Start, scene_file: Path, tmp_pa
     scene_file.write_text(SCENE.replace("position: [0.8, 0, 0]", "position: [0.8, 0, 2]"))
     user.do("key", "r")
     program.wait(lambda report: report.get("message", "").startswith("Reloaded scene.yaml"), "the scene again")
+    begun = [report for report in program.told if report.get("begins") == "scene.yaml"]
+    assert begun[0]["over"] is None and begun[-1]["over"] == [480, 360]  # the picture before
     picture, moved = user.screenshot()
     assert moved.position[0] > 0.2
     assert np.abs(picture - headless_picture(scene_file, moved, (480, 360))).mean() < 1

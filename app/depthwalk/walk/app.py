@@ -172,7 +172,8 @@ class Walk:
                     self.state.tell(f"P plays {file.name}")
                 else:
                     self._watch.begin_reading()
-                    self._show(self._options.read(files))
+                    with self.loading.over(self.device, self.frames):
+                        self._show(self._options.read(files))
                 if left_out:
                     self.state.tell(left_out)
             except InputError as error:

@@ -215,6 +215,12 @@ def background_text(progress: Progress) -> str:
     return f"depth images: {progress.done} of {progress.total}{left}"
 
 
+def draw_backdrop(picture: imgui.ImTextureRef) -> None:
+    """Draw a picture, row 0 at the bottom, behind all widgets and as large as the window."""
+    size = imgui.get_io().display_size
+    imgui.get_background_draw_list().add_image(picture, (0, 0), (size.x, size.y), (0, 1), (1, 0))
+
+
 def draw_progress(title: str, lines: list[str]) -> None:
     """Draw the progress of loading in the middle of the window.
 

@@ -2,10 +2,16 @@
 
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import moderngl
 
 from depthwalk.assets.mesh_library import Report
+from depthwalk.gpu.device import Device
 from depthwalk.walk import hud
 from depthwalk.walk.overlay import Overlay
+from depthwalk.walk.shown_frames import ShownFrames
 from depthwalk.walk.window import Window
 
 _LINES = 8  # most lines of progress
@@ -33,6 +39,8 @@ class LoadingScreen:
     ----------
     busy
         Whether frames must wait because something is being loaded.
+    backdrop
+        The picture behind the progress, of the window's size or another; None: a dark surface.
     """
 
     def __init__(self, window: Window, overlay: Overlay, on_stage: Report) -> None:
@@ -41,10 +49,25 @@ class LoadingScreen:
         self._stopped = False
         self._shown = 0.0
         self.busy = False
+        self.backdrop: moderngl.Texture | None = None
         self._lines: list[str] = []
 
+    @contextmanager
+    def over(self, device: Device, frames: ShownFrames) -> Iterator[None]:
+        """Show the last picture of `frames`, which `device` draws, behind the progress during the `with` block."""
+        gl = device.scope("last picture")
+        try:
+            if frames.view is not None:
+                picture = gl.texture(frames.view.size, 3)
+                frames.show_again(gl.framebuffer([picture]))
+                self.backdrop = picture
+            yield
+        finally:
+            self.backdrop = None
+            gl.release()
+
     def begin(self, title: str) -> None:
-        """Clear the window, and show that the file called `title` is being loaded."""
+        """Clear the window but for the backdrop, and show that the file called `title` is being loaded."""
         self._title = f"Loading {title}"
         self.busy = True
         self._draw()
@@ -118,4 +141,6 @@ class LoadingScreen:
         self._window.swap_buffers()
 
     def _widgets(self) -> None:
+        if self.backdrop is not None:
+            hud.draw_backdrop(self._overlay.renderer.show(self.backdrop))
         hud.draw_progress(self._title, self._lines)

@@ -206,6 +206,15 @@ class ShownFrames:
         self._reprojection.show(view, screen)
         return finished
 
+    def show_again(self, screen: moderngl.Framebuffer) -> None:
+        """Show the last picture, or one of the same view, in a framebuffer of its size; nothing before the first."""
+        if self._view is None:
+            return
+        if self.in_slices:
+            self._reprojection.show(self._view, screen)
+        else:
+            self._renderer.render(self._view, screen)
+
     def work(self) -> None:
         """Continue for a slice with what the window is to show next, if frames are drawn in slices.
 
