@@ -48,8 +48,8 @@ def test_the_farthest_are_found_quickly() -> None:
     for find in (lambda: farthest(points, directions), lambda: (points @ directions.T).argmax(0)):
         takes = []
         for _ in range(3):
-            start = time.thread_time()
+            start = time.process_time()
             find()
-            takes.append(time.thread_time() - start)
+            takes.append(time.process_time() - start)
         seconds.append(median(takes))
     assert seconds[0] < 0.4 * seconds[1]

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from depthwalk.types import Array
 
 _COUNT = 512  # directions, 5° apart: the selected points extend as far as all points to within 0.5 %
-_PRODUCTS = 1 << 18  # of points and directions, computed at a time: 1 or 2 MB, which a core's cache holds
+_PRODUCTS = 1 << 16  # computed at a time: for 2¹⁸ multiplications, three each, OpenBLAS would wake its threads
 
 
 def extreme_points(points: Array) -> NDArray[np.float64]:
