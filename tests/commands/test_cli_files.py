@@ -222,6 +222,16 @@ def test_info_describes_files(
     assert re.fullmatch(r"64 × 64, \d\d\.\d % covered, depths \S+ to \S+ m", baked["part top.0"])
 
 
+def test_info_describes_several_files_and_tells_which_cannot_be_read(run: Callable[..., Any], tmp_path: Path) -> None:
+    (tmp_path / "empty.obj").touch()
+    (tmp_path / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    result = run("info", *(tmp_path / name for name in ("empty.obj", "flat.obj", "gone.obj", "flat.obj")))
+    assert result.exit_code == 2
+    assert result.stderr == f"{tmp_path / 'empty.obj'}: empty file\n{tmp_path / 'gone.obj'}: no such file\n"
+    one, other = result.stdout.split("\n\n")
+    assert one + "\n" == other and rows(one)["triangles"] == "1"
+
+
 def test_info_tells_of_colours(run: Callable[..., Any], tmp_path: Path) -> None:
     mesh = tmp_path / "a.obj"
     for colour, said, surface in ("", None, "colour #"), (" 1 0 0", "one for each vertex", "no texture"):

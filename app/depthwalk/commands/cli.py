@@ -31,7 +31,7 @@ SUMMARIES = {
     "convert": "Make a scene of a glTF file, with a mesh file for each of its models.",
     "check": "Check scene files, path files and meshes without rendering anything.",
     "cache": "Show what the cache of depth images holds, or clear it.",
-    "info": "Show versions, the OpenGL renderer and limits, or what a file holds.",
+    "info": "Show versions, the OpenGL renderer and limits, or what files hold.",
 }
 
 

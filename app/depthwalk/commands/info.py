@@ -4,7 +4,7 @@ Readers are imported by the rows that need them, so that a mesh is described wit
 """
 
 import platform
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 import depthwalk
 from depthwalk import limits
-from depthwalk.commands.options import Quiet, Verbose, named_file
+from depthwalk.commands.exit_codes import BAD_INPUT
+from depthwalk.commands.failures import tell_mistakes
+from depthwalk.commands.options import Quiet, Verbose, named_files
 from depthwalk.commands.program import guarded
 from depthwalk.errors import InputError, counted, missing_file, printable
 from depthwalk.ingest.formats import content
@@ -36,15 +38,35 @@ Row = tuple[str, str]
 
 @guarded
 def main(
-    file: Annotated[
-        Path | None,
-        typer.Argument(metavar="FILE", help="Scene, camera path, baked file or mesh to describe.", callback=named_file),
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="FILE", help="Scenes, camera paths, baked files or meshes to describe.", callback=named_files
+        ),
     ] = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Show versions, the OpenGL renderer and limits, or what a file holds."""
-    rows = list(describe_file(file) if file else installation())  # all first, so that an error prints no half table
+    """Show versions, the OpenGL renderer and limits, or what files hold."""
+    if not files:
+        _print(installation())
+    is_bad = has_printed = False
+    for file in files or []:
+        try:
+            rows = list(describe_file(file))  # all first, so that an error prints no half table
+        except InputError as error:
+            is_bad = True
+            tell_mistakes(error)
+            continue
+        if has_printed:
+            print()
+        _print(rows)
+        has_printed = True
+    if is_bad:
+        raise typer.Exit(BAD_INPUT)
+
+
+def _print(rows: Iterable[Row]) -> None:
     print("\n".join(printable(f"{name:<24} {value}") for name, value in rows))
 
 

@@ -70,9 +70,9 @@ def named_file(path: Path | None) -> Path | None:
     return None if path is None else _found(path)
 
 
-def named_files(paths: list[Path]) -> list[Path]:
+def named_files(paths: list[Path] | None) -> list[Path]:
     """Return the files that the user names, some of which may be shipped ones. Raises like `_found`."""
-    return [_found(path) for path in paths]
+    return [_found(path) for path in paths or []]
 
 
 def _found(path: Path) -> Path:
