@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from depthwalk.walk.slices import FrameSlices, Slices, longest
+from depthwalk.walk.slices import FrameSlices, Slices
 
 
 class Clock:
@@ -62,16 +62,3 @@ def test_steps_that_no_frame_had_before_are_taken_to_be_as_long_as_the_last(cloc
     while not slices.advance(2.5):
         ends.append(clock.now)
     assert ends == [2, 6] and clock.now == 7  # the fourth is longer than could be known
-
-
-def test_slices_are_longer_where_the_viewer_turns_quickly(clock: Clock) -> None:
-    slices = FrameSlices(clock.device)
-    slices.begin(clock.steps(1, 1, 1))
-    while not slices.advance(0.5):
-        clock.now += 1
-    slices.end()
-
-    def seconds(turn_rate: float) -> float:
-        return slices.seconds(least=2, margin=0.1, half_width=0.5, turn_rate=turn_rate, work=0.1)
-
-    assert seconds(0.0) == 2 and seconds(9.0) == longest(2) and 2 < seconds(2.1) < longest(2)

@@ -38,11 +38,6 @@ class Motion:
         self._velocity = glm.mix(self._velocity, moved / dt, weight)
         self._turn = glm.mix(self._turn, turn_between(before.look, camera.look) / dt, weight)
 
-    @property
-    def turn_rate(self) -> float:
-        """Return how fast the camera turns, radians per second."""
-        return float(glm.length(self._turn))
-
     def ahead(self, seconds: float) -> Camera:
         """Return the predicted camera in `seconds`, if its motion continues; see `follow`.
 

@@ -129,17 +129,6 @@ class SceneFrames:
         self._renderer.warp_limit = limit if self.is_interactive else None
         self._slices.begin(self._renderer.steps(self.source, self._reprojection.canvas(self.source.size)))
 
-    def slice_seconds(self, view: View, turn_rate: float) -> float:
-        """Return how long a slice may take for a viewer of `view` who turns by `turn_rate` radians per second."""
-        settings = self._renderer.settings.reprojection
-        return self._slices.seconds(
-            least=settings.slice / 1e3,
-            margin=settings.margin,
-            half_width=view.half_extent[0],
-            turn_rate=turn_rate,
-            work=0.0 if self.are_new else self.seconds,  # the first frame compiles shaders
-        )
-
     def advance(self, seconds: float) -> bool:
         """Continue with the frame in progress for about `seconds`; return whether it is finished, and reprojected."""
         if not self._slices.advance(seconds):

@@ -225,11 +225,11 @@ class ShownFrames:
         if not self.in_slices or self._view is None or self.is_current:
             return
         if self._looks_around(self._view):
-            self._around.advance(self._slice_seconds(self._view))
+            self._around.advance(self._slice_seconds)
         elif not self._is_settled:
             self._unshown |= self._draw_slice(self._view)
         elif self._is_refined_at_rest and not self._still.is_finished:
-            self._unshown |= self._still.advance(self._view, self._slice_seconds(self._view))
+            self._unshown |= self._still.advance(self._view, self._slice_seconds)
 
     def _looks_around(self, view: View) -> bool:
         """Return whether the surroundings of `view` are being drawn now, beginning with them if they are needed."""
@@ -311,7 +311,7 @@ class ShownFrames:
         if not self._scene_frames.is_drawing:
             ahead = min(_SHOWN_FOR * self._scene_frames.delay, _FARTHEST_AHEAD)
             self._begin(self._ahead(ahead), view, moves=self._moved)
-        return self._advance(self._slice_seconds(view))
+        return self._advance(self._slice_seconds)
 
     def _begin(self, camera: Camera, view: View, moves: bool) -> None:
         """Begin a frame in slices, see `SceneFrames.begin`, and discard any other picture in progress."""
@@ -319,10 +319,10 @@ class ShownFrames:
         self._around.drop()
         self._scene_frames.begin(camera, view, moves)
 
-    def _slice_seconds(self, view: View) -> float:
-        if not self._moved:
-            return longest(self._renderer.settings.reprojection.slice / 1e3)
-        return self._scene_frames.slice_seconds(view, self._motion.turn_rate)
+    @property
+    def _slice_seconds(self) -> float:
+        seconds = self._renderer.settings.reprojection.slice / 1e3
+        return seconds if self._moved else longest(seconds)
 
     def _advance(self, seconds: float) -> bool:
         """Continue with the frame for about `seconds`; return whether it is finished."""

@@ -3,12 +3,9 @@
 import time
 from collections.abc import Iterator
 
-import numpy as np
-
 from depthwalk.gpu.device import Device
 
-_LONGEST = 2  # most times as long as in the settings
-_TURNED_PAST = 0.1  # of the window, which may lie beyond the margin at the end of a steady turn
+_LONGEST = 2  # times as long as in the settings
 
 
 class Slices:
@@ -65,13 +62,12 @@ class FrameSlices(Slices):
         self._began = 0.0  # time at which it began
         self._slice_began = 0.0  # time at which the slice began
         self._costs: list[float] = []  # s of each step of the last frame
-        self._step, self._slices = 0, 0  # numbers of steps and slices of this frame
-        self._between = 0.0  # s from one slice of the last frame to the next
+        self._step = 0  # number of steps of this frame
 
     def begin(self, steps: Iterator[str]) -> None:
         """Begin a frame; discard one in progress."""
         super().begin(steps)
-        self._spent, self._step, self._slices, self._began = 0.0, 0, 0, time.perf_counter()
+        self._spent, self._step, self._began = 0.0, 0, time.perf_counter()
 
     def advance(self, seconds: float) -> bool:
         """Continue with the frame for about `seconds`; return whether its last step is done. Then call `end`.
@@ -80,7 +76,6 @@ class FrameSlices(Slices):
         step, the next step is assumed to take as long as the last one.
         """
         assert self._steps is not None
-        self._slices += 1
         self._slice_began = last = time.perf_counter()
         while next(self._steps, None) is not None:
             self._device.context.finish()
@@ -99,34 +94,7 @@ class FrameSlices(Slices):
         """Record that the frame, and everything done for it, is finished; return the seconds of work for it."""
         now = time.perf_counter()
         self.delay = now - self._began
-        work = self._spent + now - self._slice_began
-        if self._slices > 1:
-            self._between = (self.delay - work) / (self._slices - 1)
-        return work
-
-    def seconds(self, *, least: float, margin: float, half_width: float, turn_rate: float, work: float) -> float:
-        """Return how long a slice may take: longer than in the settings if the viewer turns quickly.
-
-        A frame is shown for as long as the next one takes. In that time the viewer must not turn past the margins, and
-        the longer the slices, the fewer pictures in between delay the frame.
-
-        Parameters
-        ----------
-        least
-            The time in the settings, seconds.
-        margin
-            Margin of frames at either side, as a part of the picture's width.
-        half_width
-            Tangent of half the horizontal field of view.
-        turn_rate
-            The viewer's rate of turn, radians per second.
-        work
-            Seconds of work for a frame.
-        """
-        spare = (2 * margin + _TURNED_PAST) * 2 * np.arctan(half_width)  # radians
-        most = spare / max(turn_rate, 1e-6)
-        wanted = self._between * work / (most - work) if most > work else np.inf
-        return float(np.clip(wanted, least, longest(least)))
+        return self._spent + now - self._slice_began
 
 
 def longest(least: float) -> float:

@@ -6,8 +6,8 @@ problem of the plane.
 
 1. `ColliderStore` makes a `Collider` of each asset near the viewer, in the background: the triangles of the mesh, or of
    a level of its cooked depth images, without thin leaves (`foliage`), reduced to a few centimetres.
-2. `Surroundings` finds the objects around the viewer every metre or two (`near_objects`), and gathers their triangles
-   every third of a metre.
+2. `Surroundings` finds the objects around the viewer (`near_objects`) and gathers their triangles every third of a
+   metre.
 3. `outlines` cuts these to the body's height: segments in the plane.
 4. `sliding` finds the motion nearest to the wanted one that brings the circle no closer to any segment than its radius.
 5. `footing` finds the surface on which the viewer stands.

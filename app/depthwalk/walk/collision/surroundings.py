@@ -9,8 +9,7 @@ from depthwalk.walk.collision.outlines import Outlines, outlines
 from depthwalk.walk.collision.placed_collider import Placed, PlacedCollider
 
 _NOTHING = np.zeros((0, 3, 3))
-_OBJECTS = 1.5  # metres beyond the reach that is asked for, within which objects are known
-_SURFACES = 0.3  # the same for their surfaces, which are gathered every so often
+_SURFACES = 0.3  # metres beyond the reach that is asked for, within which surfaces are gathered
 _DROP = 3.0  # metres below the feet in which surfaces are looked for
 _STALE = 0.03  # metres that the feet may rise or sink before surfaces are cut again
 
@@ -42,8 +41,7 @@ class Surroundings:
         self._objects: dict[int, PlacedCollider] = {}  # by row
         self._passed: set[int] = set()  # rows of objects that the viewer is in
         self._version: tuple[int, ...] = ()
-        self._known = _Box(np.full(3, np.nan), 0.0)  # where all objects are known
-        self._gathered = self._known  # and where all surfaces are
+        self._gathered = _Box(np.full(3, np.nan), 0.0)  # where all surfaces are known
         self._solid = _NOTHING  # the surfaces of objects that the viewer is not in
         self._outlines: Outlines | None = None
         self._cut_at = np.nan
@@ -70,19 +68,16 @@ class Surroundings:
         bool
             Whether other objects may be known now.
         """
-        far = reach + _SURFACES
         version = self._placed.version
         if version == self._version and self._gathered.holds(feet, reach):
             return False
-        found = version != self._version or not self._known.holds(feet, far)
-        if found:
-            near = self._placed.near(*_Box(feet, far + _OBJECTS).corners(body))
-            if near is None:
-                return False
-            self._version, self._known = version, _Box(feet.copy(), far + _OBJECTS)
-            self._take_over(near, feet, body)
-        self._gather(_Box(feet.copy(), far), body)
-        return found
+        box = _Box(feet.copy(), reach + _SURFACES)
+        near = self._placed.near(*box.corners(body))
+        if near is None:
+            return False
+        self._version = version
+        self._take_over(near, box, body)
+        return True
 
     def outlines(self, feet: float, body: Body) -> Outlines:
         """Return the outlines of the surfaces at the height of a body.
@@ -98,17 +93,18 @@ class Surroundings:
             self._outlines, self._cut_at = outlines(self._solid, feet + body.step, feet + body.top), feet
         return self._outlines
 
-    def _take_over(self, near: list[PlacedCollider], feet: Array, body: Body) -> None:
-        """Take over the objects near a viewer, and find those among the new ones that the viewer is in."""
-        line, before = _line(feet, body), self._objects
-        self._objects = {placed.row: placed for placed in near}
-        new = (placed for placed in near if not placed.is_same(before.get(placed.row)))
-        self._passed = (self._passed & self._objects.keys()) | {placed.row for placed in new if placed.holds(*line)}
+    def _take_over(self, near: list[PlacedCollider], box: "_Box", body: Body) -> None:
+        """Gather the surfaces in a box around a viewer, of the objects `near` it.
 
-    def _gather(self, box: "_Box", body: Body) -> None:
-        """Gather the surfaces in a box around a viewer, who may have left an object meanwhile."""
-        line = _line(box.feet, body)
-        self._passed = {row for row in self._passed if self._objects[row].holds(*line)}
+        Of those that are new, or have moved, the viewer may be in some, and may have left others meanwhile.
+        """
+        line, before = _line(box.feet, body), self._objects
+        self._objects = {placed.row: placed for placed in near}
+        self._passed = {
+            row
+            for row, placed in self._objects.items()
+            if (row in self._passed or not placed.is_same(before.get(row))) and placed.holds(*line)
+        }
         corners = {row: placed.near(*box.corners(body)) for row, placed in self._objects.items()}
         solid = [surface for row, surface in corners.items() if row not in self._passed]
         self._solid = np.concatenate([_NOTHING, *solid])
