@@ -328,7 +328,6 @@ class OcclusionPhases:
             polygons=settings.mesh,
             atlas_size=frame.targets.atlas_size,
             warp_limit=frame.warp_limit,
-            remembers=frame.remembers,
             tile_light=frame.tile_light,
         )
 

@@ -44,9 +44,9 @@ from depthwalk.render.world.render_world import RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 
-# Triangles per frame into shadow maps that may wait: where frames follow each other without a window, so that they take
-# equally long, and in a window whose viewer stands still.
-_SHADOW_TRIANGLES, _STANDING_SHADOW_TRIANGLES = 400_000, 2_000_000
+# Triangles per frame into shadow maps that may wait where frames follow each other without a window, so that they take
+# equally long.
+_SHADOW_TRIANGLES = 400_000
 _FIRST_DETAIL = 0.1  # part of the shadow maps' triangles that a window's first picture draws, so that it appears soon
 
 
@@ -334,8 +334,9 @@ class Renderer:
             may_wait=self.remembers,
             detail=_FIRST_DETAIL if limit is not None and self.plan is None else 1.0,
         )
-        standing = _SHADOW_TRIANGLES if self.upload_seconds is None else _STANDING_SHADOW_TRIANGLES
-        portion = standing if limit is None else limit // 2
+        portion = _SHADOW_TRIANGLES if self.upload_seconds is None else None
+        if limit is not None:
+            portion = limit // 2
         self._last_shadows = replace(planned, portion=portion, interactive=limit is not None)
         return self._last_shadows
 

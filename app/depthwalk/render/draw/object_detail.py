@@ -144,7 +144,6 @@ class DetailSelector:
             fallbacks=table.mesh_fallbacks,
             levels=table.meshes,
             rule=fallback_rule(settings, is_resident),
-            remembers=settings.remembers,
         )
 
     def describe(self, view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:

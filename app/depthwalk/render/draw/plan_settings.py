@@ -18,8 +18,6 @@ class PlanSettings:
     atlas_size : width and height of the tile atlas, texels.
     warp_limit : triangles that may be warped. Tiles beyond the limit that cannot wait are warped at a coarser level,
         and again later; None: no limit.
-    remembers : whether an object that was drawn as its mesh stays so until depth images are clearly quicker. If not,
-        the choice does not depend on earlier frames.
     tile_light : a key for the light that lit tiles were made with; tiles with another key are not reused. None where
         tiles are not lit.
     """
@@ -29,5 +27,4 @@ class PlanSettings:
     polygons: MeshLodParams
     atlas_size: tuple[int, int]
     warp_limit: int | None = None
-    remembers: bool = True
     tile_light: Hashable = None

@@ -40,7 +40,6 @@ FREE_TRIANGLES = 60.0
 # (docs/experiments.md, "Meshes nearer by").
 MESH_TEXELS = 0.5
 
-HYSTERESIS = 1.2  # an object changes when the other way is quicker by this factor; for sizes likewise
 BINS_PER_OCTAVE, BINS = 4, 56  # of sizes on the screen, from 1 to 16,384 pixels
 UNKNOWN, AS_IMAGES, AS_MESH = -1, 0, 1
 
@@ -82,49 +81,35 @@ def advised_table(count: int, names: Mapping[int, str], advice: Mapping[str, Adv
     return table
 
 
-def mesh_is_quicker(triangles: Array, pixels: Array, was_mesh: Mask, hysteresis: float = HYSTERESIS) -> Mask:
+def mesh_is_quicker(triangles: Array, pixels: Array) -> Mask:
     """Return for which of n objects the cost model prefers the mesh.
 
     Parameters
     ----------
     triangles : (n,) of the mesh.
     pixels : (n,) of the rectangle about the object.
-    was_mesh : (n,) whether the mesh was drawn before; it stays unless depth images are quicker by `hysteresis`.
-    hysteresis : factor from 1 to `HYSTERESIS`; 1: ignore what was drawn before.
 
     Returns
     -------
     (n,) whether the mesh is to be drawn.
     """
-    bias = np.where(was_mesh, hysteresis, 1 / hysteresis)
-    return np.asarray(triangles <= bias * (TRIANGLES_PER_PIXEL * pixels + FREE_TRIANGLES))
+    return np.asarray(triangles <= TRIANGLES_PER_PIXEL * pixels + FREE_TRIANGLES)
 
 
-def advised_at(
-    advised: NDArray[np.int8], size: Array, was_mesh: Mask, hysteresis: float = HYSTERESIS
-) -> NDArray[np.int8]:
-    """Return what was advised for n objects; objects near a change of advice stay as they are.
+def advised_at(advised: NDArray[np.int8], size: Array) -> NDArray[np.int8]:
+    """Return what was advised for n objects.
 
     Parameters
     ----------
     advised : (n, BINS) of the assets of the objects.
     size : (n,) larger of height and width, pixels.
-    was_mesh : (n,) whether the mesh was drawn before.
-    hysteresis : factor by which an object must be larger or smaller than at the change; see `mesh_is_quicker`.
 
     Returns
     -------
     (n,) int8, see `MeshChoice.advised`.
     """
-    rows = np.arange(len(size))
-
-    def at(scale: float) -> NDArray[np.int8]:
-        place = np.floor(BINS_PER_OCTAVE * np.log2(np.maximum(scale * size, 1.0))).astype(np.int64)
-        return np.asarray(advised[rows, np.minimum(place, BINS - 1)])
-
-    low, high = at(1 / hysteresis), at(hysteresis)
-    before = np.where(was_mesh, AS_MESH, AS_IMAGES).astype(np.int8)
-    return np.where(low == high, low, np.where((low == before) | (high == before), before, low))
+    place = np.floor(BINS_PER_OCTAVE * np.log2(np.maximum(size, 1.0))).astype(np.int64)
+    return np.asarray(advised[np.arange(len(size)), np.minimum(place, BINS - 1)])
 
 
 def farthest_as_mesh(
@@ -149,7 +134,7 @@ def farthest_as_mesh(
         return np.asarray(reach)
     area = 4 * fallbacks.cylinder_radius * fallbacks.half_height
     with np.errstate(divide="ignore", invalid="ignore"):
-        pixels = (triangles / HYSTERESIS - FREE_TRIANGLES) / TRIANGLES_PER_PIXEL  # from this many on
+        pixels = (triangles - FREE_TRIANGLES) / TRIANGLES_PER_PIXEL  # from this many on
         quicker = view.detail_pixels * np.sqrt(area / pixels) - fallbacks.cylinder_radius
     quicker = np.where(pixels > math.prod(view.whole_size), 0.0, np.where(pixels > 0, quicker, np.inf))
     quicker = np.where(triangles <= MOST_LIGHT, np.inf, quicker)  # by a simplified level, wherever it is
@@ -177,11 +162,9 @@ def _drawn_triangles(
 
 
 class MeshChooser:
-    """Choose meshes for each frame, and remember the last choice for the hysteresis."""
+    """Choose meshes for each frame, and keep from frame to frame how far away they may be."""
 
     def __init__(self) -> None:
-        self._was_mesh = np.zeros(0, bool)
-        self._made_for: object = None
         self._farthest: Array = np.zeros(0)
         self._farthest_for: tuple[object, ...] = ()  # what `_farthest` was computed from
 
@@ -195,7 +178,6 @@ class MeshChooser:
         fallbacks: MeshFallbacks,
         levels: MeshLevels,
         rule: MeshFallbackRule,
-        remembers: bool = True,
     ) -> Rows:
         """Return which of the objects `rows` are replaced by their meshes.
 
@@ -210,7 +192,6 @@ class MeshChooser:
         fallbacks : which meshes show the same as which depth objects.
         levels : the levels of detail of the meshes that are loaded.
         rule : how near objects must be, and which meshes are resident; the others begin to be read.
-        remembers : whether the choice depends on earlier calls.
 
         Returns
         -------
@@ -218,29 +199,23 @@ class MeshChooser:
         """
         if not rule.magnification:
             return np.zeros(0, np.int64)
-        if self._made_for is not choice or len(self._was_mesh) != len(objects):  # other objects, or other assets
-            self._made_for, self._was_mesh = choice, np.zeros(len(objects), bool)
         near, nearest = fallbacks.nearer_than(
             view, objects, rows, self._farthest_as_mesh(view, choice, fallbacks, rule.magnification)
         )
         number = objects.asset[rows[near]]
-        first = rows[near] - fallbacks.part[number]
         middle, pixels = fallbacks.seen(view, number, nearest)
         quicker = None
         if choice is not None:
-            before = self._was_mesh[first], HYSTERESIS if remembers else 1.0
             advised = np.full(len(number), UNKNOWN, np.int8)
             if choice.has_advice:
                 size = 2 * np.maximum(fallbacks.cylinder_radius[number], fallbacks.half_height[number]) / middle
-                advised = advised_at(choice.advised[number], size, *before)
+                advised = advised_at(choice.advised[number], size)
             drawn = _drawn_triangles(number, nearest / view.detail_pixels, fallbacks, levels, rule, advised == UNKNOWN)
-            modelled = mesh_is_quicker(drawn, pixels, *before)
+            modelled = mesh_is_quicker(drawn, pixels)
             quicker = choice.chooses[rows[near]] & np.where(advised == UNKNOWN, modelled, advised == AS_MESH)
         found = rule.allowed(
             fallbacks, levels, number=number, nearest=nearest / view.detail_pixels, pixels=pixels, quicker=quicker
         )
-        self._was_mesh[rows] = False
-        self._was_mesh[first[found]] = True
         return near[found]
 
     def _farthest_as_mesh(
