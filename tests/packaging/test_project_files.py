@@ -114,7 +114,8 @@ def test_no_machine_or_package_host_is_named(tracked: Sequence[Path]) -> None:
     assert not [f"{path.relative_to(ROOT)}: {hit[0]!r}" for path, hit in hits.items() if hit]
 
 
-def test_generated_pages_are_up_to_date() -> None:
+def test_generated_pages_are_up_to_date(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "docs")
     pages = runpy.run_path(str(ROOT / "docs" / "generate.py"))["pages"]()
     for name, text in pages.items():
         assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run python docs/generate.py"
