@@ -13,7 +13,9 @@ import trimesh
 from imgui_bundle import imgui
 from imgui_bundle._imgui_bundle.imgui import IO
 
+from depthwalk.gpu.device import Device
 from depthwalk.walk.overlay import set_up_look
+from shown_windows import Window
 from window_program import SCENE, Program, Start, User
 
 missing = [tool for tool in ("Xvfb", "xdotool") if shutil.which(tool) is None]
@@ -29,6 +31,19 @@ def overlay_io() -> Iterator[IO]:
     set_up_look(io)
     yield io
     imgui.destroy_context(context)
+
+
+@pytest.fixture
+def small_surround(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A map of the surroundings that is as small beside pictures of tests as in use, which saves time."""
+    monkeypatch.setattr("depthwalk.render.reprojection.surround.SURROUND_SIZE", 256)
+    monkeypatch.setattr("depthwalk.render.reprojection.surround.SURROUND_VIEW_SIZE", 48)
+
+
+@pytest.fixture
+def sliced(gl_device: Device, small_surround: None) -> Iterator[Window]:
+    with Window(gl_device, "on") as window:
+        yield window
 
 
 @pytest.fixture

@@ -69,9 +69,7 @@ class Window(OnScreen):
 
 
 @pytest.fixture(params=["on", "off"])
-def window(gl_device: Device, tmp_path: Path, request: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[Window]:
-    monkeypatch.setattr("depthwalk.render.reprojection.surround.SURROUND_SIZE", 256)
-    monkeypatch.setattr("depthwalk.render.reprojection.surround.SURROUND_VIEW_SIZE", 48)
+def window(gl_device: Device, tmp_path: Path, request: Any, small_surround: None) -> Iterator[Window]:
     with Window(gl_device, tmp_path, request.param) as shown:
         yield shown
 

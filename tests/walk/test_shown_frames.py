@@ -1,7 +1,6 @@
 """What a window shows while frames are slow, and when it rests."""
 
 import math
-from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
@@ -11,63 +10,10 @@ from numpy.typing import NDArray
 from depthwalk.gpu.device import Device
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.environment import GroundParams, SkyParams
-from depthwalk.walk.frame_scale import LEAST, STEP
-from depthwalk.walk.shown_frames import ShownFrames
-from shapes import ShapeLibrary, bake, box, scene_of
+from shown_windows import SIZE, Window
 from stage import OnScreen
 
-SIZE = (160, 120)
-
-
-class Window(OnScreen):
-    """What a window does, round by round."""
-
-    def __init__(self, device: Device, mode: Literal["auto", "on", "off"], slice_ms: float = 1.0) -> None:
-        crate = box(1.0, 1.0, 1.0, (0, 0.5, 0))
-        scene = scene_of((0, (-0.6, 0, 0), 0.4, 1.0), (0, (0.9, 0, 0.8), 0.0, 1.0))
-        scene.environment.ground, scene.environment.sky = GroundParams(), SkyParams()
-        scene.render.shadows.enabled = True
-        scene.render.reprojection.mode = mode
-        scene.render.reprojection.slice = slice_ms
-        super().__init__(device, scene, ShapeLibrary([crate], [bake(crate)]), SIZE)
-        self.renderer.remembers = True
-        self.frames = ShownFrames(self.renderer)
-        self.finished = 0
-
-    def __exit__(self, *_: object) -> None:
-        self.frames.release()
-        super().__exit__()
-
-    def round(self, right: float = 0.0) -> bool:
-        """Return whether a frame was finished, with the camera so far to the right."""
-        camera = Camera((right, 1.2, 4.0), (right, 0.6, 0.0), 0.8)
-        self.frames.note(camera, 0.02, SIZE)
-        finished = self.frames.draw(View(camera, SIZE), self.screen)
-        self.frames.work()
-        self.finished += finished
-        return finished
-
-    def rest(self) -> int:
-        """Return how many rounds it takes until nothing is left to draw."""
-        for rounds in range(1, 500):
-            self.round()
-            if self.frames.is_current:
-                return rounds
-        raise AssertionError("never at rest")
-
-
-@pytest.fixture(autouse=True)
-def _small_surround(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As small beside the window as in use, which saves time."""
-    monkeypatch.setattr("depthwalk.render.reprojection.surround.SURROUND_SIZE", 256)
-    monkeypatch.setattr("depthwalk.render.reprojection.surround.SURROUND_VIEW_SIZE", 48)
-
-
-@pytest.fixture
-def sliced(gl_device: Device) -> Iterator[Window]:
-    with Window(gl_device, "on") as window:
-        yield window
+pytestmark = pytest.mark.usefixtures("small_surround")
 
 
 def test_in_slices_the_picture_at_rest_is_that_of_whole_frames(gl_device: Device, sliced: Window) -> None:
@@ -132,48 +78,6 @@ def test_a_frame_that_was_begun_can_be_finished_at_once(sliced: Window) -> None:
     assert sliced.frames.is_drawing
     sliced.frames.finish()
     assert not sliced.frames.is_drawing
-
-
-def test_quick_frames_are_drawn_whole_and_slow_ones_in_slices(
-    gl_device: Device, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with Window(gl_device, "auto") as window:
-        for slow in (1e9, 0.0):
-            monkeypatch.setattr("depthwalk.walk.scene_frames._SLOW", slow)
-            monkeypatch.setattr("depthwalk.walk.scene_frames._QUICK", slow)
-            for step in range(40):
-                window.round(0.01 * step)
-            assert window.frames.in_slices == (slow == 0)
-
-
-def test_the_first_frame_is_moved_while_the_second_is_drawn_if_it_took_long(
-    gl_device: Device, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("depthwalk.walk.scene_frames._SLOW", 0.0)
-    monkeypatch.setattr("depthwalk.walk.scene_frames._QUICK", 0.0)
-    with Window(gl_device, "auto") as window:
-        assert window.round()
-        first = window.pixels()
-        monkeypatch.setattr(window.frames, "_catch_up", lambda view: pytest.fail("waited"))
-        monkeypatch.setattr(window.frames, "_draw_whole", lambda view, screen: pytest.fail("drew a whole frame"))
-        assert not window.round() and window.frames.in_slices
-        assert np.array_equal(window.pixels(), first)
-        right, rounds = 0.0, 0
-        while not window.finished > 1:  # the second frame, which has a margin
-            before, right, rounds = window.pixels(), right + 0.01, rounds + 1
-            window.round(right)
-            assert np.abs(window.pixels() - before).mean() > 0
-        assert rounds > 2
-        window.draw(View(Camera((right, 1.2, 4.0), (right, 0.6, 0.0), 0.8), SIZE))
-        assert np.abs(before - window.pixels()).mean() < 8
-
-
-def test_the_second_frame_is_drawn_whole_if_the_first_was_quick(
-    gl_device: Device, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("depthwalk.walk.scene_frames._SLOW", 1e9)
-    with Window(gl_device, "auto") as window:
-        assert window.round() and window.round(0.01) and not window.frames.in_slices
 
 
 def test_slices_after_whole_frames_show_no_picture_of_before(sliced: Window) -> None:
@@ -320,26 +224,6 @@ def test_another_size_is_shown_at_once_and_exact_when_a_frame_is_finished(gl_dev
     assert np.abs(last - whole).mean() < 0.5
 
 
-def test_frames_of_a_viewer_who_moves_have_fewer_pixels_and_those_at_rest_all(sliced: Window) -> None:
-    settings = sliced.renderer.settings.reprojection
-    settings.refine, settings.scale, settings.frame_limit = False, 0.75, 60_000.0  # however busy the machine is
-
-    def height() -> int:
-        source = sliced.frames._scene_frames.source  # of the last frame
-        assert source is not None
-        return source.size[1]
-
-    sliced.rest()
-    whole = height()
-    assert whole >= SIZE[1]
-    for step in range(1, 40):
-        sliced.round(0.01 * step)
-    assert height() == round(0.75 * whole)
-    assert sliced.renderer.warp_limit is not None
-    sliced.rest()
-    assert height() == whole and sliced.renderer.warp_limit is None
-
-
 @pytest.mark.parametrize("mode", ["on", "off"])
 def test_at_rest_the_picture_is_refined_until_something_moves(gl_device: Device, mode: Literal["on", "off"]) -> None:
     with Window(gl_device, mode) as window:
@@ -380,39 +264,6 @@ def test_a_picture_that_is_being_refined_is_given_up_when_the_viewer_moves(slice
         assert not sliced.frames.is_current
     sliced.rest()
     assert sliced.frames.point_at(0.5, 0.9) is not None
-
-
-def test_a_frame_is_reduced_if_the_viewer_moves_when_it_is_begun(sliced: Window) -> None:
-    settings = sliced.renderer.settings.reprojection
-    settings.refine, settings.scale, settings.frame_limit = False, 0.75, 60_000.0  # however busy the machine is
-    sliced.rest()
-    for right, scale in ((0.1, 0.75), (0.1, 1.0), (0.2, 0.75)):
-        sliced.round(right)
-        while not sliced.frames.is_drawing:
-            sliced.round(right)
-        source = sliced.frames._scene_frames.source
-        assert source is not None and source.scale == pytest.approx(scale, abs=0.01)
-        while sliced.frames.is_drawing and not sliced.frames._unshown:
-            sliced.round(right)
-
-
-def test_frames_that_take_too_long_get_smaller_and_larger_again(sliced: Window) -> None:
-    settings = sliced.renderer.settings.reprojection
-    settings.scale = 0.75
-    sliced.rest()
-    assert sliced.frames.scale == 1
-
-    def walk() -> float:
-        for step in range(1, 100):  # each change of a setting makes the surround outdated, too
-            sliced.round(0.01 * step)
-        return sliced.frames.scale
-
-    settings.frame_limit = 1  # ms: none is so quick
-    assert walk() == pytest.approx(0.75 * STEP**LEAST, abs=0.005)
-    settings.frame_limit = 60_000
-    assert walk() == pytest.approx(0.75, abs=0.005)
-    sliced.rest()
-    assert sliced.frames.scale == 1
 
 
 @pytest.mark.parametrize("mode", ["off", "on"])
