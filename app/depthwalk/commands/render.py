@@ -5,13 +5,14 @@ from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from depthwalk.cluster.address import parse_cluster
 from depthwalk.commands.exit_codes import FAILURE
 from depthwalk.commands.option_values import (
+    CameraOptions,
     check_camera_source,
     open_files,
     parse_camera,
@@ -46,6 +47,11 @@ from depthwalk.commands.options import (
 )
 from depthwalk.commands.program import guarded, without_garbage_collection
 from depthwalk.errors import InputError
+
+if TYPE_CHECKING:
+    from depthwalk.render.headless import HeadlessRenderer
+    from depthwalk.scene.arrays import Camera
+    from depthwalk.scene.scene import Scene
 
 log = logging.getLogger("depthwalk")
 
@@ -121,15 +127,10 @@ def main(
     options = parse_camera(camera_position, camera_target, camera_view_angle, camera_direction)
     check_camera_source(path, options)
     where = parse_cluster(cluster)
-    for option, given in ("--resume", resume), ("--cluster", where is not None):
-        if given and path is None:
-            raise InputError(f"{option}: needs --path")
-    if frames is not None and path is None and turntable is None:
-        raise InputError("--frames: needs --path or --turntable")
-    _check_turntable(turntable, path)
+    _check_together(path, turntable, frames=frames, resume=resume, on_cluster=where is not None)
     _check_time(time, path)
     with without_garbage_collection():
-        from depthwalk.commands.frame_drawing import draw_frames, open_headless, parse_frames, smooth, turntable_cameras
+        from depthwalk.commands.frame_drawing import draw_frames, open_headless, parse_frames, smooth
         from depthwalk.commands.frame_keys import frame_keys
         from depthwalk.commands.output import Output, check_output
         from depthwalk.commands.reports import input_files
@@ -184,11 +185,31 @@ def main(
         for note in stand_upright(loaded, headless.renderer):
             log.warning("%s", note)
         if not walk:
-            frame_all = partial(headless.frame_all, turns=turns > 0)
-            cameras = [replace(options.apply(loaded.camera or frame_all(), frame_all), time=time)]
-        if turns:
-            cameras = turntable_cameras(cameras[0], turns, _TURNTABLE_FPS)[numbers.start : numbers.stop]
+            cameras = _cameras(headless, loaded, options, time, turns)[numbers.start : numbers.stop]
         draw_frames(headless, cameras, output, walk.fps if walk else _TURNTABLE_FPS, keys, numbers[0], resume)
+
+
+def _cameras(
+    headless: "HeadlessRenderer", loaded: "Scene", options: CameraOptions, seconds: float, turns: int
+) -> list["Camera"]:
+    """Return the camera of a still picture at a moment, or those of the `turns` frames of a turntable."""
+    from depthwalk.commands.frame_drawing import turntable_cameras
+
+    frame_all = partial(headless.frame_all, turns=turns > 0)
+    camera = replace(options.apply(loaded.camera or frame_all(), frame_all), time=seconds)
+    return turntable_cameras(camera, turns, _TURNTABLE_FPS) if turns else [camera]
+
+
+def _check_together(
+    path: Path | None, turntable: float | None, *, frames: str | None, resume: bool, on_cluster: bool
+) -> None:
+    """Raise InputError if options are given that exclude or need each other."""
+    for option, given in ("--resume", resume), ("--cluster", on_cluster):
+        if given and path is None:
+            raise InputError(f"{option}: needs --path")
+    if frames is not None and path is None and turntable is None:
+        raise InputError("--frames: needs --path or --turntable")
+    _check_turntable(turntable, path)
 
 
 def _check_time(seconds: float, path: Path | None) -> None:
