@@ -6,7 +6,7 @@
 import logging
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -251,12 +251,20 @@ def _compacted(soup: Soup, path: Path) -> Soup:
     """Drop faces of zero area, vertices that no face uses, and duplicates of vertices."""
     kept = _solid_faces(soup, path)
     faces = soup.faces[kept]
-    columns = np.nan_to_num(np.hstack([soup.positions, soup.normals, soup.colours, soup.uv]), posinf=0.0, neginf=0.0)
     used = np.flatnonzero(np.bincount(faces.ravel()))
-    ids, first = row_ids(columns[used])
-    number = np.zeros(len(columns), np.int64)
+    ids, first = row_ids(_differing(soup)[used])
+    number = np.zeros(len(soup.positions), np.int64)
     number[used] = ids
     return soup.subset(used[first], number[faces], kept)
+
+
+def _differing(soup: Soup) -> NDArray[np.float64]:
+    """Return the numbers (V, k) in which vertices differ; many files have neither normals nor texture coordinates."""
+    columns: list[NDArray[Any]] = [np.zeros((len(soup.positions), 0))]
+    for values in (soup.positions, soup.normals, soup.colours, soup.uv):
+        finite = np.nan_to_num(values, posinf=0.0, neginf=0.0)
+        columns.append(finite[:, (finite != finite[:1]).any(axis=0)])
+    return np.hstack(columns)
 
 
 def _retextured(soup: Soup, texture: Path | None, path: Path, sources: Sources) -> Soup:
