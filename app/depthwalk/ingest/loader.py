@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.errors import InputError, UnbakableError
-from depthwalk.geometry.triangles import doubled_areas, row_ids
+from depthwalk.geometry.triangles import corner_axes, crossed_edges, row_ids
 from depthwalk.ingest.image import decode_texture
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material, Mesh, Part
@@ -232,15 +232,15 @@ def _read(path: Path, height: float | None, sources: Sources, *, coarse: bool = 
 
 def _solid_faces(soup: Soup, path: Path) -> NDArray[np.bool_]:
     """Return which faces (F,) have an area. Raises InputError if none has, or if float32 cannot hold the mesh."""
-    corners = np.ascontiguousarray(soup.faces.T)
-    axes = [np.ascontiguousarray(axis).take(corners) for axis in soup.positions.T]  # (3, F) each: fast to reduce
+    axes = corner_axes(soup.positions, soup.faces)
     extent = max(float(np.ptp(axis)) for axis in axes)
     if not (extent == 0 or SMALLEST < extent < LARGEST):
         raise InputError(f"{path}: its extent of {extent:g} is out of range")
     # Relative to the edges, so that neither unit nor size matters.
     x, y, z = (np.square(axis - axis[[2, 0, 1]]) for axis in axes)
     longest = (x + y + z).max(axis=0)
-    area = np.sqrt(np.square(doubled_areas(soup.positions, soup.faces).T).sum(axis=0))
+    x, y, z = map(np.square, crossed_edges(axes))
+    area = np.sqrt(x + y + z)
     kept = area > 1e-12 * longest
     if not kept.any():
         raise InputError(f"{path}: flat: none of its {len(kept)} faces has an area")
