@@ -134,12 +134,14 @@ def random_glb(path: Path, seed: int) -> Path:
         matrix = np.eye(4)
         matrix[:3] = random.normal(size=(3, 4))
         turn = random.normal(size=4)
-        turned = {"rotation": np.float32(turn / np.linalg.norm(turn)).tolist(), "translation": [1, 2, 0.1]}
-        placed = [turned, turned | {"scale": random.normal(size=3).tolist()}, {"matrix": matrix.T.ravel().tolist()}, {}]
-        nodes += [
-            placed[random.integers(4)] | {"mesh": int(random.integers(3)), "children": [len(nodes) + 6]},
-        ]
-    nodes += [placed[0] | {"mesh": 1} for _ in range(6)]
+        turned: dict[str, Any] = {
+            "rotation": np.float32(turn / np.linalg.norm(turn)).tolist(),
+            "translation": [1, 2, 0.1],
+        }
+        scaled = {**turned, "scale": random.normal(size=3).tolist()}
+        placed: list[dict[str, Any]] = [turned, scaled, {"matrix": matrix.T.ravel().tolist()}, {}]
+        nodes.append({**placed[random.integers(4)], "mesh": int(random.integers(3)), "children": [len(nodes) + 6]})
+    nodes += [{**turned, "mesh": 1} for _ in range(6)]
     return glb.write(path, *nodes, roots=[0])
 
 

@@ -1,6 +1,7 @@
-"""Read PLY, STL, glTF and GLB files through trimesh, and check what trimesh does not.
+"""Read PLY, STL, glTF and GLB files of all kinds through trimesh, and check what trimesh does not.
 
-Imported only when such a file is read: trimesh takes most of a second to import.
+Imported only for files that `binary_records` and `gltf_triangles` leave to it, since trimesh takes most of a second to
+import.
 """
 
 import io
