@@ -107,10 +107,27 @@ def doubled_areas(positions: Array, faces: Rows) -> NDArray[np.float64]:
     numpy.ndarray
         (t, 3) float64, metres².
     """
+    return np.stack(crossed_edges(corner_axes(positions, faces)), -1)
+
+
+def corner_axes(positions: Array, faces: Rows) -> list[Array]:
+    """Return x, y and z of the corners of triangles, each (3, t), which NumPy reduces several times as fast as rows.
+
+    Parameters
+    ----------
+    positions
+        (n, 3) vertices.
+    faces
+        (t, 3) rows of `positions`.
+    """
     corners = np.ascontiguousarray(faces.T)
-    x, y, z = (np.ascontiguousarray(axis).take(corners) for axis in positions.T)  # half the time of np.cross
-    (ux, uy, uz), (vx, vy, vz) = ([axis[k] - axis[0] for axis in (x, y, z)] for k in (1, 2))
-    return np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], -1)
+    return [np.ascontiguousarray(axis).take(corners) for axis in positions.T]
+
+
+def crossed_edges(axes: list[Array]) -> list[Array]:
+    """Return x, y and z (t,) of the cross products of two edges of triangles whose `corner_axes` are given."""
+    (ux, uy, uz), (vx, vy, vz) = ([axis[k] - axis[0] for axis in axes] for k in (1, 2))
+    return [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx]  # half the time of np.cross
 
 
 def row_ids(columns: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.errors import counted
-from depthwalk.ingest.gltf import POINTS, TRIANGLES, check_header, object_under, objects_under, read_header
+from depthwalk.ingest.gltf import POINTS, TRIANGLES, check_header, object_under, objects_under
 from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_compression import decompress
 from depthwalk.ingest.gltf_geometry import express
@@ -28,11 +28,13 @@ Header = dict[str, Any]
 _Primitive = dict[str, Any]
 
 
-def read_gltf_points(data: bytes, path: Path, sources: Sources) -> PointCloud | None:
+def read_gltf_points(header: Header, data: bytes, path: Path, sources: Sources) -> PointCloud | None:
     """Read the points that the scene of a glTF file shows, placed by its nodes, if it shows no triangles.
 
     Parameters
     ----------
+    header
+        The JSON header of a file that holds points; changed in place.
     data
         The contents of the file.
     path
@@ -53,9 +55,6 @@ def read_gltf_points(data: bytes, path: Path, sources: Sources) -> PointCloud | 
     ValueError, TypeError, LookupError, AttributeError
         For damaged data.
     """
-    header = read_header(data, path)
-    if not holds_points(header):
-        return None
     check_header(header, path)
     length = len(data) + buffer_bytes(header, path, sources)
     accessors = Accessors(header, data, lambda uri: read_buffer(uri, path, sources))

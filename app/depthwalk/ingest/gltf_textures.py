@@ -21,8 +21,8 @@ from depthwalk.ingest.gltf_accessors import Accessors
 log = logging.getLogger(__name__)
 
 _WEBP = "EXT_texture_webp"
-_KTX = "image/ktx2"
-_NO_KTX = f"no support for {_KTX}"
+KTX = "image/ktx2"
+_NO_KTX = f"no support for {KTX}"
 _READ = "baseColorTexture", "emissiveTexture", "normalTexture", "diffuseTexture", "metallicRoughnessTexture"
 """Keys of the textures of a material that are read."""
 
@@ -68,7 +68,7 @@ def warn_of_missing_textures(header: Header, accessors: Accessors, path: Path) -
         found = f"{ktx2.remedy()}, or " if reason == _NO_KTX else ""
         log.warning("%s: %s not shown: %s; %sexport it with PNG, JPEG or WebP", path, missing, reason, found)
     textures, images = _listed(header, "textures"), _listed(header, "images")
-    sources = [_source(textures[n]) for n in _used_textures(header) if n in range(len(textures))]
+    sources = [picture_number(textures[n]) for n in _used_textures(header) if n in range(len(textures))]
     for number in sorted({n for n in sources if isinstance(n, int) and n in range(len(images))}):
         if not _opens(images[number], accessors):
             log.warning("%s: images[%d] cannot be read as an image; ignored", path, number)
@@ -163,7 +163,7 @@ def _why_not(texture: Any, images: list[Any]) -> str | None:
     """Return why the picture of a texture is not read; None if it is."""
     if _ktx_source(texture, images) is not None:
         return None if ktx2.is_available() else _NO_KTX
-    if _image(_source(texture), images) is not None:
+    if _image(picture_number(texture), images) is not None:
         return None
     extensions = object_under(texture, "extensions") if isinstance(texture, dict) else {}
     if extensions:
@@ -173,7 +173,7 @@ def _why_not(texture: Any, images: list[Any]) -> str | None:
 
 def _ktx_source(texture: Any, images: list[Any]) -> int | None:
     """Return the number of the KTX 2 picture of a texture that has no picture of a usual kind; None if it has none."""
-    own = _source(texture)
+    own = picture_number(texture)
     if isinstance(texture, dict) and own is None:
         own = object_under(object_under(texture, "extensions"), BASISU).get("source")
         return own if _image(own, images) is not None else None
@@ -187,10 +187,10 @@ def _image(number: Any, images: list[Any]) -> Header | None:
 
 
 def _is_ktx(image: Header) -> bool:
-    return image.get("mimeType") == _KTX or str(image.get("uri", "")).lower().endswith(".ktx2")
+    return image.get("mimeType") == KTX or str(image.get("uri", "")).lower().endswith(".ktx2")
 
 
-def _source(texture: Any) -> Any:
+def picture_number(texture: Any) -> Any:
     """Return the number of the picture that `trimesh` takes for a texture; None if there is none."""
     if not isinstance(texture, dict):
         return None
@@ -208,7 +208,7 @@ def _opens(image: Any, accessors: Accessors) -> bool:
     from PIL import Image
 
     try:
-        if image.get("mimeType") == _KTX or ("bufferView" not in image and not image["uri"].startswith("data:")):
+        if image.get("mimeType") == KTX or ("bufferView" not in image and not image["uri"].startswith("data:")):
             return True
         data = accessors.picture(image)
         with warnings.catch_warnings():

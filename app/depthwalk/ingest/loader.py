@@ -6,13 +6,13 @@
 import logging
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.errors import InputError, UnbakableError
-from depthwalk.geometry.triangles import doubled_areas, row_ids
+from depthwalk.geometry.triangles import corner_axes, crossed_edges, row_ids
 from depthwalk.ingest.image import decode_texture
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material, Mesh, Part
@@ -232,15 +232,15 @@ def _read(path: Path, height: float | None, sources: Sources, *, coarse: bool = 
 
 def _solid_faces(soup: Soup, path: Path) -> NDArray[np.bool_]:
     """Return which faces (F,) have an area. Raises InputError if none has, or if float32 cannot hold the mesh."""
-    corners = np.ascontiguousarray(soup.faces.T)
-    axes = [np.ascontiguousarray(axis).take(corners) for axis in soup.positions.T]  # (3, F) each: fast to reduce
+    axes = corner_axes(soup.positions, soup.faces)
     extent = max(float(np.ptp(axis)) for axis in axes)
     if not (extent == 0 or SMALLEST < extent < LARGEST):
         raise InputError(f"{path}: its extent of {extent:g} is out of range")
     # Relative to the edges, so that neither unit nor size matters.
     x, y, z = (np.square(axis - axis[[2, 0, 1]]) for axis in axes)
     longest = (x + y + z).max(axis=0)
-    area = np.sqrt(np.square(doubled_areas(soup.positions, soup.faces).T).sum(axis=0))
+    x, y, z = map(np.square, crossed_edges(axes))
+    area = np.sqrt(x + y + z)
     kept = area > 1e-12 * longest
     if not kept.any():
         raise InputError(f"{path}: flat: none of its {len(kept)} faces has an area")
@@ -251,12 +251,20 @@ def _compacted(soup: Soup, path: Path) -> Soup:
     """Drop faces of zero area, vertices that no face uses, and duplicates of vertices."""
     kept = _solid_faces(soup, path)
     faces = soup.faces[kept]
-    columns = np.nan_to_num(np.hstack([soup.positions, soup.normals, soup.colours, soup.uv]), posinf=0.0, neginf=0.0)
     used = np.flatnonzero(np.bincount(faces.ravel()))
-    ids, first = row_ids(columns[used])
-    number = np.zeros(len(columns), np.int64)
+    ids, first = row_ids(_differing(soup)[used])
+    number = np.zeros(len(soup.positions), np.int64)
     number[used] = ids
     return soup.subset(used[first], number[faces], kept)
+
+
+def _differing(soup: Soup) -> NDArray[np.float64]:
+    """Return the numbers (V, k) in which vertices differ; many files have neither normals nor texture coordinates."""
+    columns: list[NDArray[Any]] = [np.zeros((len(soup.positions), 0))]
+    for values in (soup.positions, soup.normals, soup.colours, soup.uv):
+        finite = np.nan_to_num(values, posinf=0.0, neginf=0.0)
+        columns.append(finite[:, (finite != finite[:1]).any(axis=0)])
+    return np.hstack(columns)
 
 
 def _retextured(soup: Soup, texture: Path | None, path: Path, sources: Sources) -> Soup:

@@ -7,6 +7,7 @@ import logging
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -61,7 +62,7 @@ def convert_material(
 
     textures = textures or TextureDecoder()
     if isinstance(material, PBRMaterial):
-        return _from_pbr(material, name, textures, uv)
+        return phong_from_pbr(material, name, textures, uv)
     if isinstance(material, SimpleMaterial) and not _is_placeholder(material) and (material.name or material.image):
         image: Any = material.image
         path = None if image is None else image.info.get("file_path", "embedded texture")
@@ -163,8 +164,32 @@ def _is_placeholder(material: "SimpleMaterial") -> bool:
     return material.image is not None and material.image.format is None
 
 
-def _from_pbr(material: "PBRMaterial", name: str, textures: TextureDecoder, uv: NDArray[np.float64] | None) -> Material:
-    """Return the Phong material that stands for one of glTF."""
+def phong_from_pbr(
+    material: "PBRMaterial | SimpleNamespace", name: str, textures: TextureDecoder, uv: NDArray[np.float64] | None
+) -> Material:
+    """Return the Phong material that stands for one of glTF.
+
+    Parameters
+    ----------
+    material
+        The terms by their names in glTF, None where absent: colours in bytes, pictures opened by Pillow.
+    name
+        The file, for messages.
+    textures
+        Decodes the pictures of the mesh.
+    uv
+        As `convert_material` takes them.
+
+    Returns
+    -------
+    Material
+        The material.
+
+    Raises
+    ------
+    InputError
+        If a texture is damaged, too large or of an unsupported kind.
+    """
     factor = material.baseColorFactor
     colour = WHITE if factor is None else _rgb((np.asarray(factor[:3], np.float64) / 255.0).tolist(), WHITE)
     specular, shininess = _highlight(material, name, uv)
@@ -198,7 +223,9 @@ def _from_pbr(material: "PBRMaterial", name: str, textures: TextureDecoder, uv: 
     )
 
 
-def _highlight(material: "PBRMaterial", name: str, uv: NDArray[np.float64] | None) -> tuple[float, float]:
+def _highlight(
+    material: "PBRMaterial | SimpleNamespace", name: str, uv: NDArray[np.float64] | None
+) -> tuple[float, float]:
     """Return specular strength and Phong exponent of a lobe as wide as that of GGX with α = roughness².
 
     Rough surfaces have none. A material has one highlight, so that a map of roughness and metalness counts by its mean

@@ -1,10 +1,9 @@
 """Parse Wavefront OBJ text into arrays, with every defect located by its line.
 
 NumPy does the parsing: lines are classified by their first bytes, and all numbers of a kind are parsed at once. Time
-and memory grow linearly with the file, whatever it holds. Other formats go through trimesh; OBJ does not, because
-trimesh takes most of a second to import, wraps indices out of range, counts relative indices from the end of the file,
-drops texture coordinates where faces are written in different ways, and needs time quadratic in the number of `usemtl`
-lines.
+and memory grow linearly with the file, whatever it holds. It does not go through trimesh, which takes most of a second
+to import, wraps indices out of range, counts relative indices from the end of the file, drops texture coordinates where
+faces are written in different ways, and needs time quadratic in the number of `usemtl` lines.
 """
 
 import re

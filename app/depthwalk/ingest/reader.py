@@ -20,6 +20,7 @@ from depthwalk.ingest.preview import coarse_soup, thinned
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8
 
+_RECORD_SUFFIXES = (".stl", ".ply")
 _OFF_BYTES = 24  # memory for reading an OFF file per byte, measured with a million triangles
 _TEXT_BYTES = 12  # memory for reading an OBJ file per byte, measured with a million triangles
 
@@ -117,14 +118,29 @@ def _read_any(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud:
         from depthwalk.ingest.interchange.reader import read_interchange
 
         return read_interchange(data, path, sources)
-    if suffix in GLTF_SUFFIXES:
-        from depthwalk.ingest.gltf_points import read_gltf_points
+    if suffix in GLTF_SUFFIXES and (read := _read_gltf(data, path, sources)) is not None:
+        return read
+    if suffix in _RECORD_SUFFIXES:
+        from depthwalk.ingest.binary_records import read_binary_ply, read_binary_stl
 
-        if (cloud := read_gltf_points(data, path, sources)) is not None:
-            return cloud
+        soup = read_binary_stl(data, path) if suffix == ".stl" else read_binary_ply(data, path)
+        if soup is not None:
+            return soup
     from depthwalk.ingest.trimesh_reader import read_by_trimesh
 
     return read_by_trimesh(data, path, sources)
+
+
+def _read_gltf(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud | None:
+    """Read a glTF file of points, or of triangles as most programs write them; None for any other."""
+    from depthwalk.ingest.gltf import read_header
+    from depthwalk.ingest.gltf_points import holds_points, read_gltf_points
+    from depthwalk.ingest.gltf_triangles import read_gltf_triangles
+
+    header = read_header(data, path)
+    if holds_points(header):
+        return read_gltf_points(header, data, path, sources)
+    return read_gltf_triangles(header, data, path, sources)
 
 
 def _suffix_of(data: bytes) -> str | None:

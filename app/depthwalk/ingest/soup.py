@@ -78,8 +78,66 @@ class Soup:
         )
 
 
+def check_geometry(positions: NDArray[Any], faces: NDArray[Any], path: Path) -> None:
+    """Raise InputError unless `positions` (V, 3) are finite and `faces` (F, 3) refer to them; `path` for messages."""
+    if positions.ndim != 2 or positions.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+        raise InputError(f"{path}: vertices need three coordinates and faces at least three corners")
+    if faces.size and (faces.min() < 0 or faces.max() >= len(positions)):
+        row, column = np.argwhere((faces < 0) | (faces >= len(positions)))[0]
+        raise InputError(f"{path}: face {row} refers to vertex {faces[row, column]} of 0 to {len(positions) - 1}")
+    if broken := np.count_nonzero(~np.isfinite(positions).all(axis=1)):
+        raise InputError(f"{path}: {broken} of {len(positions)} vertices have NaN or infinite coordinates")
+
+
+def absent(count: int, width: int) -> NDArray[np.float64]:
+    """Return NaN (count, width) for normals or texture coordinates that a file does not have; takes no memory."""
+    return np.broadcast_to(np.nan, (count, width))
+
+
+def white(count: int) -> NDArray[np.uint8]:
+    """Return the colours (count, 3) of vertices that have none in the file; takes no memory."""
+    return np.broadcast_to(np.uint8(255), (count, 3))
+
+
+def placed_soup(
+    positions: NDArray[np.float64],
+    faces: NDArray[np.int64],
+    *,
+    normals: NDArray[np.float64] | None,
+    uv: NDArray[np.float64] | None,
+    colours: NDArray[np.uint8] | None,
+    material: int,
+    matrix: NDArray[np.float64],
+) -> Soup:
+    """Return a mesh of one material, placed in a scene, without the list of materials.
+
+    Parameters
+    ----------
+    positions, faces, normals, uv, colours
+        As `Soup` has them, in the frame of the mesh; None for what the file does not have.
+    material
+        The number of its material.
+    matrix
+        (4, 4) scene_from_mesh.
+    """
+    linear, count = matrix[:3, :3], len(positions)
+    if (turn := np.linalg.det(linear)) < 0:
+        faces = faces[:, ::-1]  # mirroring turns the faces inside out
+    return Soup(
+        positions=positions @ linear.T + matrix[:3, 3],
+        normals=unit_normals(normals @ np.linalg.inv(linear)) if turn and normals is not None else absent(count, 3),
+        colours=white(count) if colours is None else colours,
+        uv=absent(count, 2) if uv is None else uv,
+        faces=faces,
+        material=np.full(len(faces), material),
+        materials=(),
+    )
+
+
 def joined_soups(pieces: Sequence[Soup], materials: Iterable[Material]) -> Soup:
     """Return the triangles of all `pieces`, at least one, whose numbers of materials count in `materials`."""
+    if len(pieces) == 1:
+        return replace(pieces[0], materials=tuple(materials))
     ends = np.cumsum([len(piece.positions) for piece in pieces])
     return Soup(
         positions=np.concatenate([piece.positions for piece in pieces]),

@@ -1,6 +1,7 @@
-"""Read PLY, STL, glTF and GLB files through trimesh, and check what trimesh does not.
+"""Read PLY, STL, glTF and GLB files of all kinds through trimesh, and check what trimesh does not.
 
-Imported only when such a file is read: trimesh takes most of a second to import.
+Imported only for files that `binary_records` and `gltf_triangles` leave to it, since trimesh takes most of a second to
+import.
 """
 
 import io
@@ -23,18 +24,21 @@ from depthwalk.errors import InputError
 from depthwalk.ingest import gltf
 from depthwalk.ingest.formats import GLTF_SUFFIXES, IMAGE_SUFFIXES
 from depthwalk.ingest.gltf_accessors import Accessors
-from depthwalk.ingest.gltf_compression import decompress
-from depthwalk.ingest.gltf_geometry import express
-from depthwalk.ingest.gltf_normal_maps import fold_normal_maps
-from depthwalk.ingest.gltf_points import warn_of_undrawn
-from depthwalk.ingest.gltf_sizes import buffer_bytes, check_placed_size
-from depthwalk.ingest.gltf_textures import decode_pictures, warn_of_missing_textures
+from depthwalk.ingest.gltf_expressed import expressed
 from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import convert_material, plain_material, without_light
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.ply import with_usual_colours
 from depthwalk.ingest.point_cloud import PointCloud
-from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, joined_soups, unit_normals
+from depthwalk.ingest.soup import (
+    Soup,
+    check_geometry,
+    check_mesh_memory,
+    check_triangle_count,
+    joined_soups,
+    placed_soup,
+    unit_normals,
+)
 from depthwalk.ingest.sources import Sources, as_utf8, find, texture_name
 from depthwalk.ingest.trimesh_points import joined_points, ply_columns, srgb_colours
 
@@ -139,27 +143,17 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
 def _expressed(data: bytes, path: Path, folder: _Folder) -> bytes:
     """Return a glTF file that `trimesh` reads right; `folder` serves its buffers, and one that is added."""
     header = gltf.read_header(data, path)
-    gltf.check_header(header, path)
-    length = len(data) + buffer_bytes(header, path, folder.sources)
     accessors = Accessors(header, data, folder.get)
-    compressed = decompress(header, accessors, path)
-    check_placed_size(header, length + sum(map(len, accessors.added.values())), path)
-    decoded = decode_pictures(header, accessors, path)
-    warn_of_missing_textures(header, accessors, path)
-    warn_of_undrawn(header, path)
-    changed = [express(header, accessors), gltf.fold_extensions(header, path), fold_normal_maps(header, path)]
+    changed = expressed(header, accessors, len(data), path, folder.sources)
     folder.made |= accessors.added
-    return gltf.with_header(data, header, path) if compressed or decoded or any(changed) else data
+    return gltf.with_header(data, header, path) if changed else data
 
 
 def _checked_stl(data: bytes, path: Path) -> bytes:
-    """Return the file, converted to UTF-8 and to one solid if it is text.
+    """Return an STL file of text, converted to UTF-8 and to one solid.
 
-    trimesh takes every file for text whose length is not that of a binary one, and makes a mesh of each solid, which
-    takes longer than reading a hundred triangles.
+    trimesh makes a mesh of each solid, which takes longer than reading a hundred triangles.
     """
-    if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):  # a header, and 50 bytes per triangle
-        return data
     if b"facet" not in data.lower():
         raise InputError(f"{path}: neither a whole binary STL file nor one of text")
     return _NEXT_SOLID.sub(b"", as_utf8(data))
@@ -206,16 +200,8 @@ def _matrices(graph: Any) -> Iterator[tuple[str, NDArray[np.float64]]]:
 
 
 def _check(mesh: trimesh.Trimesh, path: Path) -> None:
-    faces, vertices = mesh.faces, mesh.vertices
     _check_ply_elements(mesh, path)
-    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
-        raise InputError(f"{path}: vertices need three coordinates and faces at least three corners")
-    outside = (faces < 0) | (faces >= len(vertices))
-    if outside.any():
-        row, column = np.argwhere(outside)[0]
-        raise InputError(f"{path}: face {row} refers to vertex {faces[row, column]} of 0 to {len(vertices) - 1}")
-    if broken := np.count_nonzero(~np.isfinite(vertices).all(axis=1)):
-        raise InputError(f"{path}: {broken} of {len(vertices)} vertices have NaN or infinite coordinates")
+    check_geometry(mesh.vertices, mesh.faces, path)
 
 
 def _check_ply_elements(drawn: trimesh.Trimesh | trimesh.PointCloud, path: Path) -> None:
@@ -269,21 +255,7 @@ def _piece(mesh: trimesh.Trimesh, matrix: NDArray[np.float64], palette: _Palette
         colours = np.repeat(np.asarray(visual.face_colors)[:, :3], 3, axis=0)
         positions, normals, uv, faces = positions[flat], normals[flat], uv[flat], np.arange(faces.size).reshape(-1, 3)
     number = palette.number(mesh, colours is not None)
-    if colours is None:
-        colours = np.full((len(positions), 3), 255, np.uint8)
-    linear = matrix[:3, :3]
-    if (turn := np.linalg.det(linear)) < 0:
-        faces = faces[:, ::-1]  # mirroring turns the faces inside out
-    normals = unit_normals(normals @ np.linalg.inv(linear)) if turn else np.full_like(normals, np.nan)
-    return Soup(
-        positions=positions @ linear.T + matrix[:3, 3],
-        normals=normals,
-        colours=colours,
-        uv=uv,
-        faces=faces,
-        material=np.full(len(faces), number),
-        materials=(),
-    )
+    return placed_soup(positions, faces, normals=normals, uv=uv, colours=colours, material=number, matrix=matrix)
 
 
 def _file_normals(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
