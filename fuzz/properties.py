@@ -18,9 +18,29 @@ from depthwalk.ingest.image import PlanarImage
 from depthwalk.ingest.loader import LARGEST
 from depthwalk.ingest.mesh import Material, Mesh
 from depthwalk.ingest.range_image import RangeImage
+from depthwalk.ingest.reader import read_geometry
+from depthwalk.ingest.soup import Soup
+from depthwalk.ingest.sources import Sources
+from depthwalk.ingest.trimesh_reader import read_by_trimesh
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
 from depthwalk.scene.similarity import Similarity
+
+_COLUMNS = "positions", "normals", "colours", "uv", "faces", "material"
+
+
+def check_as_trimesh(path: Path) -> None:
+    """Check that a mesh file which trimesh reads, too, is read as by trimesh, to the last bit."""
+    sources = Sources()
+    soup = read_geometry(path, sources)
+    try:
+        other = read_by_trimesh(sources.read(path), path, sources)
+    except Exception:  # it raises nearly anything for damaged files
+        return
+    if isinstance(soup, Soup) and isinstance(other, Soup):
+        for name in _COLUMNS:
+            found, expected = (getattr(each, name) for each in (soup, other))
+            holds(np.array_equal(found, expected, equal_nan=name in ("normals", "uv")), f"{name} are those of trimesh")
 
 
 def holds(truth: Any, what: str) -> None:

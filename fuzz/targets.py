@@ -65,6 +65,8 @@ def read_mesh(path: Path) -> None:
             raise AssertionError(f"check_mesh accepts what load_mesh refuses: {refused}") from refused
         raise
     properties.check_mesh_arrays(mesh)
+    if path.suffix in (".ply", ".glb", ".gltf"):
+        properties.check_as_trimesh(path)
     is_solid(mesh)
     check_mesh(path, texture=texture, **options)
     up, height = options.get("up", "y"), options.get("height")

@@ -202,6 +202,19 @@ def test_other_gltf_files_are_left_to_trimesh(tmp_path: Path) -> None:
         assert isinstance(read_soup(path), Soup)
 
 
+def test_numbers_that_warn_when_they_are_converted(tmp_path: Path) -> None:
+    glb = Glb()
+    signalling = np.full((4, 3), 0x7FA00000, np.uint32).view(np.float32)
+    glb.mesh({"NORMAL": glb.accessor(signalling)})
+    path = glb.write(tmp_path / "a.glb")
+    data = path.read_bytes()
+    soup = read_gltf_triangles(read_header(data, path), data, path, Sources())
+    assert soup is not None and np.isnan(soup.normals).all()
+    glb.header["accessors"][glb.header["meshes"][0]["primitives"][0]["indices"]] |= {"componentType": 5126, "count": 3}
+    data = glb.write(path).read_bytes()
+    assert read_gltf_triangles(read_header(data, path), data, path, Sources()) is None
+
+
 @pytest.mark.slow
 def test_trimesh_is_not_imported(tmp_path: Path) -> None:
     stl = bytes(80) + (1).to_bytes(4, "little") + np.arange(12, dtype="<f4").tobytes() + bytes(2)

@@ -195,7 +195,8 @@ def _soup(
     check_geometry(positions, faces, path)
     count = len(positions)
     if normals is not None:
-        normals = unit_normals(unit_normals(normals.astype(np.float64)) + 0.0)  # twice, as trimesh's are
+        with np.errstate(invalid="ignore"):  # signalling NaN warn when they are converted
+            normals = unit_normals(unit_normals(normals.astype(np.float64)) + 0.0)  # twice, as trimesh's are
     return Soup(
         positions=positions.astype(np.float64) + 0.0,
         normals=absent(count, 3) if normals is None else normals,

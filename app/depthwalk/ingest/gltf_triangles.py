@@ -113,7 +113,8 @@ def _soup(header: Header, accessors: Accessors, path: Path) -> Soup | None:
     shapes: dict[tuple[int, int], _Shape] = {}
     for key, _ in placed:
         if key not in shapes:
-            shapes[key] = _shape(header["meshes"][key[0]]["primitives"][key[1]], accessors)
+            with np.errstate(invalid="ignore"):  # signalling NaN warn when they are converted
+                shapes[key] = _shape(header["meshes"][key[0]]["primitives"][key[1]], accessors)
     for shape in shapes.values():
         check_geometry(shape.positions, shape.faces, path)
     check_triangle_count(sum(len(shapes[key].faces) for key, _ in placed), path)
@@ -219,6 +220,8 @@ def _shape(primitive: Header, accessors: Accessors) -> _Shape:
     if "COLOR_0" in attributes:
         colours = _srgb(accessors.stored(attributes["COLOR_0"], count), rounded=material is None)
     corners = accessors.stored(primitive["indices"]) if "indices" in primitive else np.arange(count)[:, None]
+    if corners.dtype.kind == "f":
+        raise ValueError("indices that are not whole numbers")
     for values, width in ((positions, 3), (normals, 3), (uv, 2), (corners, 1)):
         if values is not None and values.shape[1] != width:
             raise ValueError("an accessor has another width")
