@@ -130,7 +130,7 @@ def panes(*placed: tuple[float, Material], width: float = 2.0) -> Mesh:
     )
 
 
-def leaves(count: int, length: float, seed: int = 0) -> Mesh:
+def leaves(count: int, length: float, seed: int = 0, **look: Unpack[Look]) -> Mesh:
     """So many open rectangles, half as wide, at random in a ball of diameter 1 that stands on the origin."""
     random = np.random.default_rng(seed)
     outward, along, across = random.normal(size=(3, count, 3))
@@ -144,7 +144,7 @@ def leaves(count: int, length: float, seed: int = 0) -> Mesh:
     middle = outward * random.uniform(0.2, 0.5, (count, 1)) + [0, 0.5, 0]
     faces = np.array([[0, 1, 2], [0, 2, 3]]) + 4 * np.arange(count)[:, None, None]
     positions = (middle[:, None] + length / 2 * corners).reshape(-1, 3)
-    return mesh_of(positions, faces.reshape(-1, 3), np.repeat(normal, 4, axis=0))
+    return mesh_of(positions, faces.reshape(-1, 3), np.repeat(normal, 4, axis=0), **look)
 
 
 def joined(*meshes: Mesh) -> Mesh:

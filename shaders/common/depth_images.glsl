@@ -19,6 +19,9 @@ struct Surface {
     vec3 normal;
 };
 
+// The number after that of a face's last image.
+int end_of_images(int face) { return face < FACE_LEFT ? first_images[face + 1] : textureSize(page_table, 0).z; }
+
 // Returns how far `depth` is from a stored depth, texels, of which only the remainder by DEPTH_PERIOD is stored (`depth_code`).
 float depth_off(float stored, float depth) {
     return abs(fract(stored * (255.0 / 256.0) - depth / DEPTH_PERIOD + 0.5) - 0.5) * DEPTH_PERIOD;
@@ -32,24 +35,29 @@ vec4 depths_off(vec4 texel[4], float depth) {
 }
 
 // Blends those of the four texels around a point that show its surface, judged by their depths. Beside an edge the others show
-// another surface, and this one continues in another layer, so all are searched.
-// uv: within the image; depth: of the point, texels; off: how far it is from those stored; around: the four texels, which are
-// replaced by those that show the surface. Returns its normal.
-vec3 sample_border(int image, vec2 uv, vec4 off, float depth, inout Around around) {
-    // Another layer must be within this many texels to show the same surface. Where no layer shows it, as beyond the part that a
+// another surface, and this one continues in another layer, so all are searched; or in none of them, as a leaf between leaves,
+// and would take the colour of what lies behind. So the face at which the viewer looks is searched too, since he sees the point.
+// p: the point, object frame, metres; view: unit, from the viewer to it; uv: within the image; depth: of the point, texels; off:
+// how far it is from those stored; around: the four texels, which are replaced by those that show the surface. Returns its normal.
+vec3 sample_border(vec3 p, vec3 view, int image, vec2 uv, vec4 off, float depth, inout Around around) {
+    // Another image must be within this many texels to show the same surface. Where no layer shows it, as beyond the part that a
     // face owns, its nearest texel is stored with a depth half a period off: any other surface would be nearer than that.
     const float FARTHEST = 4.0;
     if (any(greaterThan(off, vec4(SAME_SURFACE)))) {
-        int own = number_of(image);
-        int end = face_of(image) < FACE_LEFT ? first_images[face_of(image) + 1] : textureSize(page_table, 0).z;
+        int face = face_of(image), own = number_of(image), end = end_of_images(face), seen = face_seen_along(view);
+        // Looked up in the turn of the own image, which is known, as a turn of the loop costs more than what it looks up.
+        int instead = seen == face || first_images[seen] == end_of_images(seen) ? own : first_images[seen];
+        vec3 there = flat_position(p, seen) * vec3(1.0, 1.0, texels[seen]);
         // What changes in the loop goes through memory on software rasterisers. So normals are looked up after it.
-        for (int other = first_images[face_of(image)]; other < end; ++other) {
+        for (int turn = first_images[face]; turn < end; ++turn) {
+            int other = turn == own ? instead : turn;
+            vec3 position = turn == own ? there : vec3(uv, depth);
             vec2 other_place;
-            if (other == own || !page_stored(other, uv, other_place)) continue;
+            if (other == own || !page_stored(other, position.xy, other_place)) continue;
             ivec2 low = ivec2(floor(other_place - 0.5));
             for (int k = 0; k < 4; ++k) {
                 ivec2 place = low + ivec2(k & 1, k >> 1);
-                float found_off = depth_off(texelFetch(page_normals, place, 0).a, depth);
+                float found_off = depth_off(texelFetch(page_normals, place, 0).a, position.z);
                 if (found_off < min(off[k], FARTHEST)) {
                     off[k] = found_off;
                     around.at[k] = place;
@@ -69,8 +77,8 @@ vec3 sample_border(int image, vec2 uv, vec4 off, float depth, inout Around aroun
 }
 
 // Returns the surface at a point. p: object frame, metres; image: the one that p was warped from, with its flags; footprint:
-// metres that a pixel covers.
-Surface surface_at(vec3 p, int image, float footprint) {
+// metres that a pixel covers; view: unit, from the viewer to p.
+Surface surface_at(vec3 p, int image, float footprint, vec3 view) {
     bool border = (image & (EDGE | BORDER)) != 0 && page_detail == 0;
     int face = face_of(image);
 #ifdef MESO
@@ -98,7 +106,7 @@ Surface surface_at(vec3 p, int image, float footprint) {
         // Averaged depths are meaningless, but the texels of level 0 are not.
         border = border && (lod == 0.0 || any(greaterThan(off, vec4(SAME_SURFACE))));
         if (border) {
-            normal = sample_border(image, position.xy, off, position.z * texels[face], around);
+            normal = sample_border(p, view, image, position.xy, off, position.z * texels[face], around);
             albedo = page_colour(around);
             place.z = 0.0;
         }

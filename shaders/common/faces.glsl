@@ -21,20 +21,29 @@ float max_depth(int face) {
     return face == FACE_SIDE ? 2.0 * cylinder.x : face <= FACE_BOTTOM ? extent.y : face <= FACE_BACK ? extent.z : extent.x;
 }
 
-// The place of the surface point p in its image: u, v in [0, 1] (θ is in [−½, ½] turns: the image repeats), depth in metres.
-vec3 image_position(vec3 p, int image) {
-    int face = face_of(image);
+// The flat face at which somebody looks along `view`.
+int face_seen_along(vec3 view) {
+    vec3 along = abs(view);
+    if (along.y >= max(along.x, along.z)) return view.y < 0.0 ? FACE_TOP : FACE_BOTTOM;
+    return along.z >= along.x ? (view.z < 0.0 ? FACE_FRONT : FACE_BACK) : view.x < 0.0 ? FACE_RIGHT : FACE_LEFT;
+}
+
+// The place of the surface point p on a flat face: u, v in [0, 1], depth in metres.
+vec3 flat_position(vec3 p, int face) {
     vec3 extent = box_extent();
     vec3 at = vec3(p.x / extent.x + 0.5, (p.y - cylinder.y) / extent.y, p.z / extent.z + 0.5);
-    if (face == FACE_SIDE) {
-        vec2 outward = past_axis(image) ? -p.xz : p.xz;
-        float radial = length(p.xz);
-        float depth = cylinder.x - (past_axis(image) ? -radial : radial);
-        return vec3(atan(outward.y, radial > 0.0 ? outward.x : 1.0) / TURN, at.y, depth);     // GLSL leaves atan(0, 0) undefined
-    }
-    if (face <= FACE_BOTTOM) return vec3(at.xz, (face == FACE_TOP ? 1.0 - at.y : at.y) * extent.y);
-    if (face <= FACE_BACK) return vec3(at.xy, (face == FACE_FRONT ? 1.0 - at.z : at.z) * extent.z);
-    return vec3(at.zy, (face == FACE_RIGHT ? 1.0 - at.x : at.x) * extent.x);
+    vec3 depth = (face == FACE_TOP || face == FACE_FRONT || face == FACE_RIGHT ? 1.0 - at : at) * extent;
+    return face <= FACE_BOTTOM ? vec3(at.xz, depth.y) : face <= FACE_BACK ? vec3(at.xy, depth.z) : vec3(at.zy, depth.x);
+}
+
+// The same in its image, whose face may be the side (θ is in [−½, ½] turns: the image repeats).
+vec3 image_position(vec3 p, int image) {
+    if (face_of(image) != FACE_SIDE) return flat_position(p, face_of(image));
+    vec2 outward = past_axis(image) ? -p.xz : p.xz;
+    float radial = length(p.xz);
+    float depth = cylinder.x - (past_axis(image) ? -radial : radial);
+    float angle = atan(outward.y, radial > 0.0 ? outward.x : 1.0);      // GLSL leaves atan(0, 0) undefined
+    return vec3(angle / TURN, (p.y - cylinder.y) / box_extent().y, depth);
 }
 
 // From the surface to the face that sees p, unit.

@@ -17,7 +17,7 @@ vec3 seen_normal(vec3 normal, vec3 view) {
 
 // image, footprint: as for `surface_at`; view: unit, from the viewer to p.
 Surface seen_surface(vec3 p, int image, float footprint, vec3 view) {
-    Surface surface = surface_at(p, image, footprint);
+    Surface surface = surface_at(p, image, footprint, view);
 #if !defined MESO && !defined KEEPS_NORMALS
     surface.normal = seen_normal(surface.normal, view);
 #endif
