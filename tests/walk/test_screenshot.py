@@ -1,6 +1,7 @@
 import json
 import math
 import re
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from PIL.PngImagePlugin import PngImageFile
 from depthwalk.scene.arrays import Camera
 from depthwalk.types import Picture
 from depthwalk.walk.files import save_new
-from depthwalk.walk.screenshot import save_screenshot
+from depthwalk.walk.screenshot import Screenshots, save_screenshot
 
 CAMERA = Camera((0.1, 2.0, -3.5), (0.0, 1.0, 0.0), math.radians(50))
 
@@ -80,3 +81,26 @@ def test_the_message_names_each_folder_and_no_temporary_file(tmp_path: Path) -> 
 def test_no_folder_raises(tmp_path: Path) -> None:
     with pytest.raises(OSError, match=r"nowhere: No such file or directory$"):
         save_screenshot(picture(1), tmp_path / "s.yaml", CAMERA, tmp_path / "nowhere")
+
+
+def test_screenshots_are_written_beside_the_frames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    go_on, shots = threading.Event(), Screenshots()
+    save, scene = save_screenshot, tmp_path / "s.yaml"
+
+    def slow(pixels: Picture, scene: Path, camera: Camera) -> Path:
+        assert go_on.wait(60)
+        if not pixels.any():
+            raise OSError("the disk is full")
+        return save(pixels, scene, camera)
+
+    monkeypatch.setattr("depthwalk.walk.screenshot.save_screenshot", slow)
+    for value in (1, 0, 2):
+        shots.save(picture(value), scene, CAMERA)
+    assert shots.news() == "" and not list(tmp_path.iterdir())
+    go_on.set()
+    shots.close()
+    first, failed, last = shots.news().splitlines()
+    assert failed == "Screenshot failed: the disk is full"
+    assert {first, last} == {f"Saved {file}" for file in tmp_path.glob("*.png")} and first != last
+    assert shots.news() == ""

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import pytest
 
@@ -12,6 +12,7 @@ from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.path import load_path
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
+from depthwalk.walk.changes import FileValues
 from depthwalk.walk.controls import Move
 from depthwalk.walk.state import State
 from walks import FakeRenderer, state
@@ -186,3 +187,15 @@ def test_a_complaint_stays_until_the_files_are_read_without_it(monkeypatch: pyte
     assert walk.notice == "Flying\nscene.yaml:2:1: camra: unknown key"
     read_again(walk, RenderSettings())
     assert not walk.complaint
+
+
+@pytest.mark.parametrize(("in_file", "changed"), [("msaa", {}), ("ssaa", {"render": {"aa": "none"}})])
+def test_what_the_machine_lacks_is_a_change_only_if_the_user_chose_it(in_file: str, changed: dict[str, Any]) -> None:
+    walk = state()
+    settings: Any = walk.scene.render
+    cast(Any, walk.renderer).settings = settings
+    settings.aa = in_file
+    walk.file_values = FileValues(walk.scene)
+    settings.aa = "msaa"
+    walk.do_without_samples()
+    assert settings.aa == "none" and walk.changed == changed

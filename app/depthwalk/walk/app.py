@@ -36,7 +36,7 @@ from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.recovery import GpuRecovery
 from depthwalk.walk.scene_loader import SceneLoader
-from depthwalk.walk.screenshot import read_window, save_screenshot
+from depthwalk.walk.screenshot import Screenshots, read_window
 from depthwalk.walk.shares import LateShares
 from depthwalk.walk.shown_frames import ShownFrames
 from depthwalk.walk.state import State
@@ -109,7 +109,7 @@ class Walk:
         self._on_stage = library.report
         self.recovery = GpuRecovery(self._restart)
         self._on_gpu = ExitStack()
-        self._screenshot_due = False
+        self._screenshot_due, self._screenshots = False, Screenshots()
         self.next_files: tuple[Path, ...] = ()  # to be opened before the next frame
         self._left_out = ""  # what to tell of dropped files that are not opened, once the first is
         self._clock = WalkClock()
@@ -321,7 +321,9 @@ class Walk:
         return widgets_rest and not self._screenshot_due and state.recorder is None
 
     def _report_background(self) -> None:
-        """Report what could not be prepared in the background; set the walking speed once the whole scene is shown."""
+        """Report what was done or failed in the background; set the walking speed once the whole scene is shown."""
+        if news := self._screenshots.news():
+            self.state.tell(news)
         unread, unbaked = self.renderer.assets.meshes.reader.failures, self.background.failures
         if unread:  # so that objects are missing
             self.state.complain("\n".join(dict.fromkeys([*self.state.complaint.splitlines(), *unread])))
@@ -340,6 +342,7 @@ class Walk:
     def release(self) -> None:
         """Free every GL object in reverse order of creation, then the window, and stop background work."""
         self._watch.end()
+        self._screenshots.close()
         try:
             self._on_gpu.close()
         finally:
@@ -376,8 +379,8 @@ class Walk:
 
     def _draw(self, dt: float) -> None:
         """Draw a frame with its widgets; `dt` is the time since the last one, seconds."""
-        if not self.frames.is_drawing:
-            self._loader.load_missing(self.state.renderer, self.state.tell)
+        if not self.frames.is_drawing and not self._loader.load_missing(self.state.renderer, self.state.tell):
+            self.state.do_without_samples()
         state, size = self.state, self.window.buffer_size
         renderer, screen = state.renderer, self.window.fbo
         screen.viewport = (0, 0, *size)
@@ -404,16 +407,9 @@ class Walk:
             keep(self, asked)
         if self._screenshot_due:
             self._screenshot_due = False
-            self._take_screenshot(camera)
+            self._screenshots.save(read_window(self.window), state.scene.path, camera)
 
     def _widgets(self) -> None:
         """Draw the widgets, and tell the input which parts of the window they cover."""
         shown = self.state, self._overlay, self._atlas_view, self.background.progress
         self.input.set_areas(draw_widgets(*shown, in_screenshot=self._screenshot_due))
-
-    def _take_screenshot(self, camera: Camera) -> None:
-        try:
-            file = save_screenshot(read_window(self.window), self.state.scene.path, camera)
-            self.state.tell(f"Saved {file}")
-        except OSError as error:
-            self.state.tell(f"Screenshot failed: {error}")

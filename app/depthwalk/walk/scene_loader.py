@@ -133,11 +133,11 @@ class SceneLoader:
         if min(size) > 0:
             renderer.rehearse(View(home_in(scene, renderer, size[0] / size[1]), size), self._window.fbo)
 
-    def load_missing(self, renderer: Renderer, tell: Callable[[str], None]) -> None:
+    def load_missing(self, renderer: Renderer, tell: Callable[[str], None]) -> bool:
         """Load whatever the next frame needs that is not loaded yet; call this before every frame.
 
         Something is missing after the user has chosen another representation. If loading fails or is stopped, the
-        previous representation is used again. If the machine lacks the chosen anti-aliasing, none is used.
+        previous representation is used again.
 
         Parameters
         ----------
@@ -145,6 +145,11 @@ class SceneLoader:
             The renderer, with the chosen representation and settings.
         tell
             Called with the reason if something cannot be used.
+
+        Returns
+        -------
+        bool
+            Whether the machine has the anti-aliasing that the settings ask for.
 
         Raises
         ------
@@ -167,7 +172,8 @@ class SceneLoader:
                 hardware_samples(renderer.settings, self._device)
             except InputError as error:
                 tell(str(error))
-                renderer.settings.aa = "none"
+                return False
+        return True
 
     def _load_anyway(self, renderer: Renderer) -> None:
         """Load what no frame can do without; only closing the window stops this."""

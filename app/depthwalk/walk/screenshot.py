@@ -3,6 +3,7 @@
 import io
 import json
 import math
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,36 @@ from depthwalk.walk.window import Window
 
 if TYPE_CHECKING:
     from PIL.PngImagePlugin import PngInfo
+
+
+class Screenshots:
+    """Write screenshots in a thread: compressing one takes longer than a frame, and a disk may take any time."""
+
+    def __init__(self) -> None:
+        """Begin with nothing to write."""
+        self._thread = ThreadPoolExecutor(1, "screenshot")
+        self._files: list[Future[Path]] = []
+
+    def save(self, pixels: NDArray[np.uint8], scene: Path, camera: Camera) -> None:
+        """Begin to write a picture, after those that are still being written; see `save_screenshot`."""
+        self._files.append(self._thread.submit(save_screenshot, pixels, scene, camera))
+
+    def news(self) -> str:
+        """Return what became of those that are done since it was last asked, a line each; "" if none is."""
+        done = [file for file in self._files if file.done()]
+        self._files = [file for file in self._files if file not in done]
+        return "\n".join(map(_outcome, done))
+
+    def close(self) -> None:
+        """Wait for what is still being written."""
+        self._thread.shutdown()
+
+
+def _outcome(file: "Future[Path]") -> str:
+    try:
+        return f"Saved {file.result()}"
+    except OSError as error:
+        return f"Screenshot failed: {error}"
 
 
 def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, folder: Path | None = None) -> Path:

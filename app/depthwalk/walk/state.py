@@ -144,6 +144,16 @@ class State(Viewer):
         changed.get("render", {}).pop("inspection", None)
         return {group: values for group, values in changed.items() if values}
 
+    def do_without_samples(self) -> None:
+        """Draw without anti-aliasing, since the machine lacks that of the settings.
+
+        It counts as a change only if the user has chosen what the machine lacks.
+        """
+        is_chosen = "aa" in self.changed.get("render", {})
+        self.renderer.settings.aa = "none"
+        if not is_chosen:
+            self.file_values.accept({"render": {"aa": "none"}})
+
     def undo_changes(self) -> None:
         """Give the scene the values of its file again."""
         speed, changed = self.scene.walk.speed, self.changed
