@@ -29,7 +29,7 @@ class Images:
 
 @dataclass(frozen=True)
 class Entry:
-    """Describe a model of the demo, and how it ships.
+    """Describe a demo model, and how it ships.
 
     Attributes
     ----------

@@ -55,7 +55,7 @@ def test_what_is_out_of_focus_is_spread_over_its_circle_of_confusion(focus_dista
     seen = VIEW.unproject(0.5, 0.5, distance)
     places = np.array([on_screen(view, seen) for view in lens_views(VIEW, lens)]) * VIEW.size / 2
     radius = abs(circle_radius(lens, VIEW, np.array(distance)))
-    assert np.hypot(*places.T).max() == pytest.approx(radius, abs=1e-6)  # one point is on the lens's rim
+    assert np.hypot(*places.T).max() == pytest.approx(radius, abs=1e-6)  # one is on the rim
 
 
 @pytest.mark.gl
@@ -80,7 +80,7 @@ def test_other_modes_have_one_view(mode: str) -> None:
 def test_points_cover_the_unit_disc_evenly(count: int) -> None:
     radius = np.hypot(*lens_points(count).T)
     assert radius[0] == pytest.approx(1) and radius[-1] == 0
-    np.testing.assert_allclose(radius**2, np.linspace(1, 0, count), atol=1e-12)  # as many in each ring of one area
+    np.testing.assert_allclose(radius**2, np.linspace(1, 0, count), atol=1e-12)  # as many per area
 
 
 def test_points_of_the_disc_keep_apart() -> None:
