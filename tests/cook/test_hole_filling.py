@@ -33,7 +33,7 @@ def test_holes_in_a_ball_are_closed_from_outside() -> None:
     fans = np.isin(TRIANGLES, [0, int(TRIANGLES[(TRIANGLES == 0).any(1)].max())]).any(1)
     pierced = TRIANGLES[~(fans | around((1, 2, 3), EDGE / 2))]
     assert boundary_edges(pierced) > 8
-    closed = fill_holes(POINT, pierced, 16 * EDGE)
+    closed = fill_holes(POINT, pierced, 16 * EDGE, 12)
     assert boundary_edges(closed) == 0
     assert volume(closed) == pytest.approx(volume(TRIANGLES), rel=2e-3)
 
@@ -43,18 +43,25 @@ def test_two_holes_that_share_a_corner_are_both_closed() -> None:
     fan = np.flatnonzero(np.isin(TRIANGLES, corner).any(1))
     apart = next(k for k in fan if len(np.intersect1d(TRIANGLES[k], TRIANGLES[fan[0]])) == 1)
     pierced = np.delete(TRIANGLES, [fan[0], apart], axis=0)
-    closed = fill_holes(POINT, pierced, 16 * EDGE)
+    closed = fill_holes(POINT, pierced, 16 * EDGE, 12)
     assert boundary_edges(closed) == 0 and len(closed) == len(TRIANGLES)
 
 
 def test_a_hole_with_a_longer_rim_stays() -> None:
     pierced = TRIANGLES[~around((1, 2, 3), 4 * EDGE)]
-    assert boundary_edges(fill_holes(POINT, pierced, 16 * EDGE)) == boundary_edges(pierced)
+    assert boundary_edges(fill_holes(POINT, pierced, 16 * EDGE, 12)) == boundary_edges(pierced)
     one = np.delete(TRIANGLES, 0, axis=0)
     rim = POINT[TRIANGLES[0]]
     length = np.linalg.norm(rim - np.roll(rim, 1, axis=0), axis=1).sum()
-    assert len(fill_holes(POINT, one, 0.99 * length)) == len(one)
-    assert len(fill_holes(POINT, one, 1.01 * length)) == len(TRIANGLES)
+    assert len(fill_holes(POINT, one, 0.99 * length, 12)) == len(one)
+    assert len(fill_holes(POINT, one, 1.01 * length, 12)) == len(TRIANGLES)
+
+
+def test_a_hole_of_more_edges_stays() -> None:
+    pierced = TRIANGLES[~np.isin(TRIANGLES, int(TRIANGLES[(TRIANGLES == 0).any(1)].max())).any(1)]
+    assert boundary_edges(pierced) == 6
+    assert boundary_edges(fill_holes(POINT, pierced, 16 * EDGE, 5)) == 6
+    assert boundary_edges(fill_holes(POINT, pierced, 16 * EDGE, 6)) == 0
 
 
 @pytest.mark.parametrize("bend", [0.0, 0.3])
@@ -62,9 +69,9 @@ def test_the_rim_of_a_leaf_is_no_hole(bend: float) -> None:
     """Flat or bent: triangles across its rim would be its back."""
     leaf: Array = np.array([(0, 0, bend), (1, 0, 0), (0.5, 0.9, 0), (-0.5, 0.9, 0), (-1, 0, 0), (0, -1, 0)])
     triangles = np.array([(0, k, k % 5 + 1) for k in range(1, 6)])
-    assert len(fill_holes(leaf, triangles, 100.0)) == len(triangles)
+    assert len(fill_holes(leaf, triangles, 100.0, 12)) == len(triangles)
 
 
 def test_a_closed_surface_and_none_stay() -> None:
-    assert len(fill_holes(POINT, TRIANGLES, 1.0)) == len(TRIANGLES)
-    assert fill_holes(POINT, TRIANGLES[:0], 1.0).shape == (0, 3)
+    assert len(fill_holes(POINT, TRIANGLES, 1.0, 12)) == len(TRIANGLES)
+    assert fill_holes(POINT, TRIANGLES[:0], 1.0, 12).shape == (0, 3)

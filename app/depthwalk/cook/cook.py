@@ -36,7 +36,7 @@ from depthwalk.types import Array, Ints
 
 # Part of the names of cached files: raise it with every change of the output of `cook_object`. A test compares the
 # cooking code with its state when the number was last set.
-COOK_VERSION = 10
+COOK_VERSION = 11
 
 # Up to this many texels across, simplifying an image takes longer than a visitor of the garden should have to wait, and
 # saves few triangles.

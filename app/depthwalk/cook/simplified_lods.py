@@ -43,7 +43,8 @@ _SHARPEST = 0.18  # where meshes begin to replace the images: finer levels are n
 # gave no better picture for as many triangles.
 _COARSE_VOXEL, _FOLIAGE_VOXEL = 0.9, 2.0
 _COARSE_TOLERANCE = 1.0  # of the first of those
-_HOLE = 12.0  # longest rim of a hole that those close: of 16, it may be the open end of a pleat
+_FINE_HOLE = 24.0, 24
+_HOLE = 12.0, 12  # longest rim of a hole that those close: of 16, it may be the open end of a pleat
 _LEAFY = 4.0  # times the triangles that only foliage has left: a grid with more is of leaves, whose holes are real
 _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
 _COARSE_LEVELS = 13  # at most
@@ -146,15 +147,20 @@ def _surfaces(
     def clustered(voxel: float) -> tuple[Array, Ints]:
         return cluster_vertices(point, triangles, rank, voxel * texel)
 
+    is_leafy = len(triangles) > _LEAFY * most
+
+    def closed(surface_point: Array, surface_triangles: Ints, hole: tuple[float, int]) -> Ints:
+        return surface_triangles if is_leafy else fill_holes(surface_point, surface_triangles, hole[0] * texel, hole[1])
+
     def coarse_levels() -> list[_Level]:
-        coarse_point, open_triangles = clustered(_COARSE_VOXEL)
-        is_leafy = len(triangles) > _LEAFY * most
-        closed = open_triangles if is_leafy else fill_holes(coarse_point, open_triangles, _HOLE * texel)
-        return _coarse_levels(_coarse_surface(coarse_point, closed), texel, parallel)
+        coarse_point, coarse_triangles = clustered(_COARSE_VOXEL)
+        coarse = _coarse_surface(coarse_point, closed(coarse_point, coarse_triangles, _HOLE))
+        return _coarse_levels(coarse, texel, parallel)
 
     coarse_beside = begin(coarse_levels, parallel)
     kept, fine_triangles = kept_vertices(point, triangles, rank, _FINE_VOXEL * texel)
-    fine = _fine_surface(point[kept].astype(np.float64), fine_triangles, rank[kept] == _END, parallel)
+    fine_point = point[kept].astype(np.float64)
+    fine = _fine_surface(fine_point, closed(fine_point, fine_triangles, _FINE_HOLE), rank[kept] == _END, parallel)
     fine = collapse_edges(fine, _FINE_TOLERANCES[0] * texel, parallel)
     foliage = len(fine.triangles) > most
     coarse = _foliage_levels(clustered, texel, cover, parallel) if foliage else coarse_beside()
