@@ -117,7 +117,8 @@ void main() {
     vec2 place = vec2(6.0);
     page_normal(place, texel);
     Around around = texels_around(place);
-    found.xyz = sample_border(image, vec2(0.5), depths_off(texel, asked), asked, around);
+    vec3 ahead = vec3(0.0, 0.0, -1.0);
+    found.xyz = sample_border(vec3(0.0), ahead, image, vec2(0.5), depths_off(texel, asked), asked, around);
     found.w = around.at[0].x < IMAGE ? 0.0 : 1.0;
 }
 """
@@ -145,7 +146,7 @@ FROM_AFAR = """
 uniform int image;  // a uniform, or unused numbers of faces vanish
 in float asked;  // the edge of a pixel's footprint, metres
 out vec4 found;
-void main() { found = vec4(surface_at(vec3(0.0, 0.6, 0.0), image | EDGE, asked).normal, 0.0); }
+void main() { found = vec4(surface_at(vec3(0.0, 0.6, 0.0), image | EDGE, asked, vec3(0.0, 0.0, -1.0)).normal, 0.0); }
 """
 
 
