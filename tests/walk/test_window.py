@@ -288,8 +288,8 @@ def test_a_watched_scene_is_not_read_again_when_the_window_saves_it(start: Start
         program.wait_for(changed={"walk": {"collide": value}})
         user.do("key", "ctrl+s")
         program.wait_for(changed={})
-        program.wait_for(toast="")  # ten looks at the file later
         assert load_scene(watched).walk.collide == value
+    program.wait_for(toast="")  # ten looks at the file later
     assert not any(report.get("message", "").startswith("Reloaded") for report in program.told)
     watched.write_text(watched.read_text().replace("yaw: 30", "yaw: 60"))
     program.wait(lambda report: report.get("message", "").startswith("Reloaded watched.yaml"), "the scene again")
