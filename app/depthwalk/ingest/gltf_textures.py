@@ -46,9 +46,8 @@ def textures_without_picture(header: Header) -> Counter[str]:
     Counter
         How many textures there are for each reason why their picture is not read, as "no support for image/ktx2".
     """
-    textures, images = _listed(header, "textures"), _listed(header, "images")
-    used = [textures[n] if n in range(len(textures)) else None for n in _used_textures(header)]
-    return Counter(reason for texture in used if (reason := _why_not(texture, images)) is not None)
+    images = _listed(header, "images")
+    return Counter(reason for texture in _used_textures(header) if (reason := _why_not(texture, images)) is not None)
 
 
 def warn_of_missing_textures(header: Header, accessors: Accessors, path: Path) -> None:
@@ -67,8 +66,8 @@ def warn_of_missing_textures(header: Header, accessors: Accessors, path: Path) -
         missing = "1 texture is" if count == 1 else f"{count} textures are"
         found = f"{ktx2.remedy()}, or " if reason == _NO_KTX else ""
         log.warning("%s: %s not shown: %s; %sexport it with PNG, JPEG or WebP", path, missing, reason, found)
-    textures, images = _listed(header, "textures"), _listed(header, "images")
-    sources = [picture_number(textures[n]) for n in _used_textures(header) if n in range(len(textures))]
+    images = _listed(header, "images")
+    sources = map(picture_number, _used_textures(header))
     for number in sorted({n for n in sources if isinstance(n, int) and n in range(len(images))}):
         if not _opens(images[number], accessors):
             log.warning("%s: images[%d] cannot be read as an image; ignored", path, number)
@@ -76,9 +75,9 @@ def warn_of_missing_textures(header: Header, accessors: Accessors, path: Path) -
 
 def shows_ktx2(header: Header) -> bool:
     """Return whether materials show KTX 2 pictures that can be decoded; the header may be malformed."""
-    textures, images = _listed(header, "textures"), _listed(header, "images")
-    drawn = [textures[number] for number in _used_textures(header) if number in range(len(textures))]
-    return any(_ktx_source(texture, images) is not None for texture in drawn) and ktx2.is_available()
+    images = _listed(header, "images")
+    is_shown = any(_ktx_source(texture, images) is not None for texture in _used_textures(header))
+    return is_shown and ktx2.is_available()
 
 
 def decode_pictures(header: Header, accessors: Accessors, path: Path) -> bool:
@@ -105,9 +104,8 @@ def decode_pictures(header: Header, accessors: Accessors, path: Path) -> bool:
     ValueError, TypeError, LookupError
         For damaged data.
     """
-    textures, images = _listed(header, "textures"), _listed(header, "images")
-    drawn = [textures[number] for number in _used_textures(header) if number in range(len(textures))]
-    sources = [(texture, source) for texture in drawn if (source := _ktx_source(texture, images)) is not None]
+    images, used = _listed(header, "images"), _used_textures(header)
+    sources = [(texture, source) for texture in used if (source := _ktx_source(texture, images)) is not None]
     if not sources:
         return False
     if not ktx2.is_available():
@@ -147,16 +145,17 @@ def _png(pixels: NDArray[np.uint8]) -> bytes:
     return file.getvalue()
 
 
-def _used_textures(header: Header) -> list[int]:
-    """Return the numbers of the textures that materials draw, each once, in ascending order."""
-    numbers = set()
+def _used_textures(header: Header) -> list[Any]:
+    """Return the textures that materials read, each once; None for each that is not there."""
+    textures, numbers = _listed(header, "textures"), set()
     for material in objects_under(header, "materials"):
         extensions = material.get("extensions")
         listed = list(extensions.values()) if isinstance(extensions, dict) else []
         for terms in (material, material.get("pbrMetallicRoughness"), *listed):
             named = [terms.get(key) for key in _READ] if isinstance(terms, dict) else []
             numbers |= {texture["index"] for texture in named if isinstance(texture, dict) and "index" in texture}
-    return sorted(number for number in numbers if isinstance(number, int))
+    whole = sorted(number for number in numbers if isinstance(number, int))
+    return [textures[number] if number in range(len(textures)) else None for number in whole]
 
 
 def _why_not(texture: Any, images: list[Any]) -> str | None:
