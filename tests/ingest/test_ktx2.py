@@ -16,7 +16,7 @@ from depthwalk.ingest import ktx2
 from depthwalk.ingest.gltf_unread import unread
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.mesh_head import read_head
-from depthwalk.ingest.watched_process import Answer
+from depthwalk.ingest.watched_process import Answer, framed
 from depthwalk.scene.scene import MeshAsset
 from glb_files import SQUARE, Glb
 
@@ -71,7 +71,8 @@ def test_the_memory_is_checked_before_a_process_is_started(monkeypatch: pytest.M
 
 
 def test_an_answer_of_another_size_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    for data in b"", struct.pack("<II", 8, 4) + bytes(128), struct.pack("<II", 8, 8) + bytes(255):
+    for picture in b"", struct.pack("<II", 8, 4) + bytes(128), struct.pack("<II", 8, 8) + bytes(255):
+        data = b"".join(framed([picture]))
         monkeypatch.setattr(ktx2, "run_watched", lambda *_, data=data, **__: Answer(True, data, ""))
         assert ktx2.decode([FILES["UASTC"]], Path("a.glb")) == [None]
 

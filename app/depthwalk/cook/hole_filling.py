@@ -14,7 +14,8 @@ from depthwalk.geometry.indexed_triangles import distinct_triangles, opposite_ed
 from depthwalk.types import Array, Ints, Mask
 
 _Follow = dict[int, list[int]]
-_Points = list[tuple[float, float, float]]
+_Point = tuple[float, float, float]
+_Places = dict[int, _Point]
 
 
 def fill_holes(point: Array, triangles: Ints, max_perimeter: float, max_edges: int) -> Ints:
@@ -43,11 +44,12 @@ def fill_holes(point: Array, triangles: Ints, max_perimeter: float, max_edges: i
     triangle, corner = np.divmod(np.flatnonzero(opposite_edges(triangles) < 0), 3)
     starts, ends = triangles[triangle, (corner + 1) % 3], triangles[triangle, corner]
     candidates = _may_close(starts, ends, len(point), max_edges).tolist()
+    rims = np.concatenate([starts, ends])
+    places: _Places = dict(zip(rims.tolist(), map(tuple, point[rims].tolist()), strict=True))
     starts, ends = starts.tolist(), ends.tolist()
     follow: _Follow = {}
     for start, end in zip(starts, ends, strict=True):
         follow.setdefault(start, []).append(end)
-    places: _Points = list(map(tuple, point.tolist()))
     facing = vertex_directions(point, triangles)
     added: list[tuple[int, int, int]] = []
     for start, end, is_candidate in zip(starts, ends, candidates, strict=True):
@@ -69,9 +71,8 @@ def _may_close(starts: Ints, ends: Ints, points: int, max_edges: int) -> Mask:
 
     starts, ends: (b,) rows of the vertices; points: how many vertices there are.
     """
-    nowhere = points
     leaving = np.bincount(starts, minlength=points + 1)
-    following = np.full(points + 1, nowhere)
+    following = np.full(points + 1, points)  # the row after the last vertex stands for none
     following[starts] = ends
     at, may_close = ends, leaving[ends] > 1
     for _ in range(max_edges - 1):
@@ -81,11 +82,11 @@ def _may_close(starts: Ints, ends: Ints, points: int, max_edges: int) -> Mask:
 
 
 def _shortest_rim(
-    follow: _Follow, places: _Points, start: int, end: int, max_perimeter: float, max_edges: int
+    follow: _Follow, places: _Places, start: int, end: int, max_perimeter: float, max_edges: int
 ) -> list[int]:
     """Return the vertices of the closed walk of fewest edges that begins with an edge; [] if all are too long.
 
-    follow: the vertices that follow each vertex along rims; places: of all vertices, metres; start, end: of the edge.
+    follow: the vertices that follow each vertex along rims; places: of their vertices, metres; start, end: of the edge.
     """
     origin, before, reached = places[start], {end: start}, [end]
     for _ in range(max_edges - 1):
@@ -107,7 +108,7 @@ def _shortest_rim(
     return []
 
 
-def _faces_outward(rim: _Points, facing: list[float]) -> bool:
+def _faces_outward(rim: list[_Point], facing: list[float]) -> bool:
     """Return whether triangles within a rim would face as the surface around them.
 
     rim: its vertices, metres; facing: (3,) the sum of the surface's `vertex_directions` there.

@@ -43,8 +43,8 @@ _SHARPEST = 0.18  # where meshes begin to replace the images: finer levels are n
 # gave no better picture for as many triangles.
 _COARSE_VOXEL, _FOLIAGE_VOXEL = 0.9, 2.0
 _COARSE_TOLERANCE = 1.0  # of the first of those
-_FINE_HOLE = 24.0, 24
-_HOLE = 12.0, 12  # longest rim of a hole that those close: of 16, it may be the open end of a pleat
+_HOLE = 12.0, 12  # longest rim of a hole that those close, and its most edges: of 16, it may be the open end of a pleat
+_FINE_HOLE = 24.0, 24  # of the levels that show all the detail
 _LEAFY = 4.0  # times the triangles that only foliage has left: a grid with more is of leaves, whose holes are real
 _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
 _COARSE_LEVELS = 13  # at most

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from depthwalk.errors import InputError
+from depthwalk.extras import install_command
 from depthwalk.ingest.mesh import OPAQUE
 from depthwalk.limits import MAX_MESH_TRIANGLES
 
@@ -57,6 +58,18 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
     if isinstance(header.get("accessors"), dict):  # since version 2, a list
         raise InputError(f"{path}: not a glTF file of version 2{_FIRST}")
     return header
+
+
+def remedy() -> str:
+    """Return the part of a message about what is compressed that tells how to install the libraries for it."""
+    return f"`{install_command('gltf')}` installs what reads it"
+
+
+def without_library(path: Path, codec: str) -> InputError:
+    """Return the error for a file that is compressed by a codec whose library is not installed."""
+    return InputError(
+        f"{path}: is compressed by {codec}; {remedy()}, and `gltf-transform copy` makes a file without compression"
+    )
 
 
 def external_uris(header: dict[str, Any], key: str) -> list[str]:

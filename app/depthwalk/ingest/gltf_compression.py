@@ -3,9 +3,25 @@
 from pathlib import Path
 from typing import Any
 
+from depthwalk.ingest.gltf import check_header
 from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_draco import decompress_primitives
 from depthwalk.ingest.gltf_meshopt import decompress_views
+from depthwalk.ingest.gltf_sizes import buffer_bytes, check_placed_size
+from depthwalk.ingest.sources import Sources
+
+
+def decompress_checked(header: dict[str, Any], accessors: Accessors, length: int, path: Path, sources: Sources) -> bool:
+    """Check a glTF file of so many bytes, beside its buffers, before and after it is decompressed.
+
+    The other parameters and what is returned and raised are those of `decompress`; InputError also for a header that is
+    not supported, and for more than the file or the machine's memory explains. `sources` keeps the buffers.
+    """
+    check_header(header, path)
+    length += buffer_bytes(header, path, sources)
+    compressed = decompress(header, accessors, path)
+    check_placed_size(header, length + sum(map(len, accessors.added.values())), path)
+    return compressed
 
 
 def decompress(header: dict[str, Any], accessors: Accessors, path: Path) -> bool:

@@ -11,8 +11,7 @@ from typing import Any
 
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
-from depthwalk.extras import install_command
-from depthwalk.ingest.gltf import MESHOPT, object_under
+from depthwalk.ingest.gltf import MESHOPT, object_under, without_library
 from depthwalk.ingest.gltf_accessors import Accessors, whole
 
 # Most bytes, triangles and indices that a byte may stand for, by mode. Of a row of four bytes, vertex codec 1 needs two
@@ -57,10 +56,7 @@ def decompress_views(header: Header, accessors: Accessors, path: Path) -> bool:
     if not found:
         return False
     if find_spec("meshopt") is None:
-        raise InputError(
-            f"{path}: is compressed by meshopt; `{install_command('gltf')}` installs what reads it, and "
-            "`gltf-transform copy` makes a file without compression"
-        )
+        raise without_library(path, "meshopt")
     length = sum(whole(terms["count"]) * whole(terms["byteStride"]) for _, terms in found)
     check_memory(path, 2 * length, f"meshopt data of {length} bytes")
     for number, terms in found:

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.errors import counted
-from depthwalk.ingest.gltf import POINTS, TRIANGLES, check_header, object_under, objects_under
+from depthwalk.ingest.gltf import POINTS, TRIANGLES, object_under, objects_under
 from depthwalk.ingest.gltf_accessors import Accessors
-from depthwalk.ingest.gltf_compression import decompress
+from depthwalk.ingest.gltf_compression import decompress_checked
 from depthwalk.ingest.gltf_geometry import express
 from depthwalk.ingest.gltf_pose import world_matrices
-from depthwalk.ingest.gltf_sizes import buffer_bytes, check_placed_size, read_buffer
+from depthwalk.ingest.gltf_sizes import read_buffer
 from depthwalk.ingest.point_cloud import PointCloud, joined_clouds
 from depthwalk.ingest.soup import srgb8_from_file, unit_normals
 from depthwalk.ingest.sources import Sources
@@ -55,11 +55,8 @@ def read_gltf_points(header: Header, data: bytes, path: Path, sources: Sources) 
     ValueError, TypeError, LookupError, AttributeError
         For damaged data.
     """
-    check_header(header, path)
-    length = len(data) + buffer_bytes(header, path, sources)
     accessors = Accessors(header, data, lambda uri: read_buffer(uri, path, sources))
-    decompress(header, accessors, path)
-    check_placed_size(header, length + sum(map(len, accessors.added.values())), path)
+    decompress_checked(header, accessors, len(data), path, sources)
     express(header, accessors)
     shown = list(_shown(header))
     if any(_mode(primitive) >= TRIANGLES for primitive, _ in shown):

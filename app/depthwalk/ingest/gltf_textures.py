@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from depthwalk.errors import InputError, quoted
 from depthwalk.ingest import ktx2
-from depthwalk.ingest.gltf import BASISU, object_under, objects_under
+from depthwalk.ingest.gltf import BASISU, object_under, objects_under, remedy
 from depthwalk.ingest.gltf_accessors import Accessors
 
 log = logging.getLogger(__name__)
@@ -64,7 +64,7 @@ def warn_of_missing_textures(header: Header, accessors: Accessors, path: Path) -
     """
     for reason, count in textures_without_picture(header).items():
         missing = "1 texture is" if count == 1 else f"{count} textures are"
-        found = f"{ktx2.remedy()}, or " if reason == _NO_KTX else ""
+        found = f"{remedy()}, or " if reason == _NO_KTX else ""
         log.warning("%s: %s not shown: %s; %sexport it with PNG, JPEG or WebP", path, missing, reason, found)
     images = _listed(header, "images")
     sources = map(picture_number, _used_textures(header))
@@ -110,7 +110,7 @@ def decode_pictures(header: Header, accessors: Accessors, path: Path) -> bool:
         return False
     if not ktx2.is_available():
         if BASISU in header.get("extensionsRequired", []):
-            raise InputError(f"{path}: {_NO_KTX}; {ktx2.remedy()}, or export it with PNG, JPEG or WebP")
+            raise InputError(f"{path}: {_NO_KTX}; {remedy()}, or export it with PNG, JPEG or WebP")
         return False
     numbers = sorted({source for _, source in sources})
     made: dict[int, int] = {}

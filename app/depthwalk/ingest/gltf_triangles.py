@@ -16,12 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.ingest.formats import IMAGE_SUFFIXES
 from depthwalk.ingest.gltf import TRIANGLES, is_unlit
 from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_expressed import expressed
 from depthwalk.ingest.gltf_textures import KTX, picture_number
-from depthwalk.ingest.image import TextureDecoder, open_image
+from depthwalk.ingest.image import TextureDecoder, check_picture
 from depthwalk.ingest.materials import phong_from_pbr, plain_material, without_light
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.soup import (
@@ -33,7 +32,7 @@ from depthwalk.ingest.soup import (
     srgb8_from_file,
     unit_normals,
 )
-from depthwalk.ingest.sources import Sources, find, texture_name
+from depthwalk.ingest.sources import Sources, read_named
 
 Header = dict[str, Any]
 _Matrix = NDArray[np.float64]  # (4, 4)
@@ -273,11 +272,8 @@ def _read_beside(name: str, *, path: Path, sources: Sources) -> bytes:
 
     Raises FileNotFoundError if it is missing, which is logged, and InputError for a damaged picture.
     """
-    if (file := find(texture_name(name), [path.parent], sources, path)) is None:
-        raise FileNotFoundError(name)
-    content = sources.read(file)
-    if file.suffix.lower() in IMAGE_SUFFIXES:
-        open_image(content, str(file)).close()
+    file, content = read_named(name, path, sources)
+    check_picture(file, content)
     return content
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import IMAGE_SUFFIXES
 from depthwalk.ingest.sources import read_bytes
 from depthwalk.limits import MAX_JPEG_SCANS, MAX_TEXTURE_PIXELS, MAX_TEXTURE_SIDE, MAX_TILE_TEXELS
 
@@ -86,6 +87,12 @@ def open_image(data: bytes, name: str) -> "Image.Image":
     return image
 
 
+def check_picture(path: Path, data: bytes) -> None:
+    """Raise InputError, as `open_image` does, if `data` is no picture, which the file `path` is by its name."""
+    if path.suffix.lower() in IMAGE_SUFFIXES:
+        open_image(data, str(path)).close()
+
+
 def check_sides(path: Path, width: int, height: int) -> None:
     """Raise InputError unless each side of a picture that Pillow does not read has 1 to MAX_TEXTURE_SIDE pixels."""
     if not 0 < min(width, height) <= max(width, height) <= MAX_TEXTURE_SIDE:
@@ -139,37 +146,6 @@ def rgba(image: "Image.Image", name: str) -> NDArray[np.uint8]:
         raise InputError(f"{name}: image data is damaged or of an unsupported kind") from None
 
 
-def coarse(image: "Image.Image", name: str, side: int) -> NDArray[np.uint8]:
-    """Decode a picture that is used for nothing else, in fewer pixels, which is quicker for large ones.
-
-    Parameters
-    ----------
-    image
-        The picture, which must not have been decoded.
-    name
-        Its name in messages.
-    side
-        Most pixels along either side.
-
-    Returns
-    -------
-    numpy.ndarray
-        (H, W, 4) uint8, means of the picture's pixels, row 0 at the top.
-
-    Raises
-    ------
-    InputError
-        If it is damaged, too large or of an unsupported format.
-    """
-    from PIL import Image
-
-    check_size(image, name)
-    image.draft(None, (side, side))  # JPEG files only: decodes fewer pixels, but no fewer than these
-    pixels = Image.fromarray(rgba(image, name))
-    factor = -(-max(pixels.size) // side)
-    return np.array(pixels.reduce(factor))
-
-
 class TextureDecoder:
     """Decode the pictures of one mesh, each once, however many materials show it, and limit their total size."""
 
@@ -210,6 +186,39 @@ class TextureDecoder:
             check_memory(name, self._bytes + PIXEL_BYTES * width * height, "the textures")
             self._decoded[key] = rgba(image, name)
             self._bytes += self._decoded[key].nbytes
+        return self._decoded[key]
+
+    def coarse(self, image: "Image.Image", name: str, side: int) -> NDArray[np.uint8]:
+        """Decode a picture that is used for nothing else, in fewer pixels, unless that has been done already.
+
+        Parameters
+        ----------
+        image
+            The picture, which must not have been decoded: large ones are decoded in fewer pixels if they are JPEG.
+        name
+            Its name in messages.
+        side
+            Most pixels along either side.
+
+        Returns
+        -------
+        numpy.ndarray
+            (H, W, 4) uint8, means of the picture's pixels, row 0 at the top; the same array for the same picture.
+
+        Raises
+        ------
+        InputError
+            If it is damaged, too large or of an unsupported format.
+        """
+        from PIL import Image
+
+        key = id(image), side
+        if key not in self._decoded:
+            self._images.append(image)
+            check_size(image, name)
+            image.draft(None, (side, side))  # of JPEG files: no fewer pixels than these
+            pixels = Image.fromarray(rgba(image, name))
+            self._decoded[key] = np.array(pixels.reduce(-(-max(pixels.size) // side)))
         return self._decoded[key]
 
     def without_alpha(self, texture: NDArray[np.uint8], name: str) -> NDArray[np.uint8]:

@@ -1,22 +1,20 @@
 """Decode KTX 2 pictures, compressed by Basis Universal, in a process that may take only what their sizes explain.
 
-The library that does it, of the extra `depthwalk[gltf]`, takes the sizes in damaged files for what they
-are: changed files of 4 kB had it allocate 2 GB and work for 5 s. A process can be ended.
+The library that does it, of the extra `depthwalk[gltf]`, takes the sizes in damaged files for what they are: changed
+files of 4 kB had it allocate 2 GB and work for 5 s. A process can be ended.
 """
 
 import struct
 from collections.abc import Sequence
 from importlib.util import find_spec
-from itertools import chain
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
-from depthwalk.extras import install_command
-from depthwalk.ingest.ktx2_worker import LENGTH, SIZE
-from depthwalk.ingest.watched_process import run_watched
+from depthwalk.ingest.ktx2_worker import SIZE
+from depthwalk.ingest.watched_process import framed, messages_in, run_watched
 from depthwalk.limits import MAX_TEXTURE_PIXELS, MAX_TEXTURE_SIDE
 
 _MAGIC = b"\xabKTX 20\xbb\r\n\x1a\n"
@@ -30,11 +28,6 @@ _WORKER = "depthwalk.ingest.ktx2_worker"
 def is_available() -> bool:
     """Return whether the library that decodes is installed."""
     return find_spec("opengl_basisu") is not None
-
-
-def remedy() -> str:
-    """Return the part of a message about such pictures that tells how to install the library."""
-    return f"`{install_command('gltf')}` installs what reads it"
 
 
 def decode(files: Sequence[bytes], path: Path) -> list[NDArray[np.uint8] | None]:
@@ -60,15 +53,8 @@ def decode(files: Sequence[bytes], path: Path) -> list[NDArray[np.uint8] | None]
     """
     sizes = [_size(data) for data in files]
     sound = [data for data, size in zip(files, sizes, strict=True) if size != (0, 0)]
-    answer = memoryview(_answer(sound, sum(width * height for width, height in sizes), path))
-    decoded: list[NDArray[np.uint8] | None] = []
-    for size in sizes:
-        found = SIZE.unpack(answer[: SIZE.size]) if size != (0, 0) and len(answer) >= SIZE.size else None
-        end = SIZE.size + 4 * found[0] * found[1] if found else 0
-        whole = found == size and len(answer) >= end
-        decoded.append(np.frombuffer(answer[SIZE.size : end], np.uint8).reshape(*size[::-1], 4) if whole else None)
-        answer = answer[end:]
-    return decoded
+    answers = messages_in(_answer(sound, sum(width * height for width, height in sizes), path))
+    return [None if size == (0, 0) else _pixels(next(answers, memoryview(b"")), size) for size in sizes]
 
 
 def _answer(files: Sequence[bytes], pixels: int, path: Path) -> bytes:
@@ -77,8 +63,15 @@ def _answer(files: Sequence[bytes], pixels: int, path: Path) -> bytes:
     check_memory(path, most_bytes, f"KTX 2 pictures of {pixels} pixels")
     if not files:
         return b""
-    request = chain.from_iterable((LENGTH.pack(len(data)), data) for data in files)
-    return run_watched(_WORKER, request, most_bytes=most_bytes, most_seconds=most_seconds).data
+    return run_watched(_WORKER, framed(files), most_bytes=most_bytes, most_seconds=most_seconds).data
+
+
+def _pixels(picture: memoryview, size: tuple[int, int]) -> NDArray[np.uint8] | None:
+    """Return the pixels (height, width, 4) in what the process writes of a file; None if it is not of its size."""
+    width, height = size
+    if picture[: SIZE.size] != SIZE.pack(width, height) or len(picture) != SIZE.size + 4 * width * height:
+        return None
+    return np.frombuffer(picture[SIZE.size :], np.uint8).reshape(height, width, 4)
 
 
 def _size(data: bytes) -> tuple[int, int]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from depthwalk.errors import quoted
 from depthwalk.ingest.gltf_normal_maps import name_and_scale
-from depthwalk.ingest.image import TextureDecoder, coarse
+from depthwalk.ingest.image import TextureDecoder
 from depthwalk.ingest.mesh import OPAQUE, Material
 from depthwalk.limits import MAX_EMISSION, MAX_SHININESS
 
@@ -192,7 +192,7 @@ def phong_from_pbr(
     """
     factor = material.baseColorFactor
     colour = WHITE if factor is None else _rgb((np.asarray(factor[:3], np.float64) / 255.0).tolist(), WHITE)
-    specular, shininess = _highlight(material, name, uv)
+    specular, shininess = _highlight(material, name, textures, uv)
     texture, emission_texture, normal_map = (
         None if image is None else textures.decode(image, f"{name}: {image.info.get('file_path', 'embedded texture')}")
         for image in (material.baseColorTexture, material.emissiveTexture, material.normalTexture)
@@ -224,7 +224,7 @@ def phong_from_pbr(
 
 
 def _highlight(
-    material: "PBRMaterial | SimpleNamespace", name: str, uv: NDArray[np.float64] | None
+    material: "PBRMaterial | SimpleNamespace", name: str, textures: TextureDecoder, uv: NDArray[np.float64] | None
 ) -> tuple[float, float]:
     """Return specular strength and Phong exponent of a lobe as wide as that of GGX with α = roughness².
 
@@ -234,7 +234,7 @@ def _highlight(
     roughness = np.array([min(max(_scalar(material.roughnessFactor, 1.0), 0.0), 1.0)])
     metallic = np.array([min(max(_scalar(material.metallicFactor, 1.0), 0.0), 1.0)])
     if (image := material.metallicRoughnessTexture) is not None and uv is not None and np.isfinite(uv).any():
-        texels = coarse(image, f"{name}: {image.info.get('file_path', 'embedded texture')}", _COARSE)
+        texels = textures.coarse(image, f"{name}: {image.info.get('file_path', 'embedded texture')}", _COARSE)
         u, v = uv[np.isfinite(uv).all(axis=1)].T
         rows = ((1 - v) % 1 * texels.shape[0]).astype(np.int64)
         shown = texels[rows % texels.shape[0], (u % 1 * texels.shape[1]).astype(np.int64) % texels.shape[1]] / 255.0

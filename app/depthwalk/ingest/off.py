@@ -1,6 +1,6 @@
-"""Read OFF files (Geomview's Object File Format) by writing them as OBJ, so that all its checks hold.
+"""Read OFF files (Geomview's Object File Format) by writing them as OBJ, so that all checks of OBJ files hold.
 
-Line by line, so that messages name them.
+Line by line, so that messages name the right ones.
 """
 
 import re

@@ -118,6 +118,16 @@ def find_all(names: Iterable[str], folders: list[Path], sources: Sources, mesh: 
     return [path for path in (find(name, folders, sources, mesh) for name in names) if path is not None]
 
 
+def read_named(name: str, mesh: Path, sources: Sources) -> tuple[Path, bytes]:
+    """Return a file that the file `mesh` names, and its contents.
+
+    Raises FileNotFoundError if it is missing, which is logged, and InputError as `Sources.read` does.
+    """
+    if (path := find(texture_name(name), [mesh.parent], sources, mesh)) is None:
+        raise FileNotFoundError(name)
+    return path, sources.read(path)
+
+
 def find(name: str, folders: list[Path], sources: Sources, mesh: Path | None = None) -> Path | None:
     """Return the file that a mesh names, from the first folder that has it.
 

@@ -22,10 +22,10 @@ from trimesh.visual.texture import TextureVisuals
 
 from depthwalk.errors import InputError
 from depthwalk.ingest import gltf
-from depthwalk.ingest.formats import GLTF_SUFFIXES, IMAGE_SUFFIXES
+from depthwalk.ingest.formats import GLTF_SUFFIXES
 from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_expressed import expressed
-from depthwalk.ingest.image import TextureDecoder, open_image
+from depthwalk.ingest.image import TextureDecoder, check_picture
 from depthwalk.ingest.materials import convert_material, plain_material, without_light
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.ply import with_usual_colours
@@ -39,7 +39,7 @@ from depthwalk.ingest.soup import (
     placed_soup,
     unit_normals,
 )
-from depthwalk.ingest.sources import Sources, as_utf8, find, texture_name
+from depthwalk.ingest.sources import Sources, as_utf8, read_named
 from depthwalk.ingest.trimesh_points import joined_points, ply_columns, srgb_colours
 
 logging.getLogger("trimesh").setLevel(logging.ERROR)  # it warns, with tracebacks, about things that are checked here
@@ -98,7 +98,6 @@ class _Folder(FilePathResolver):
         super().__init__(str(path))
         self.mesh = path
         self.sources = sources
-        self.folders = [path.parent]
         self.defects: list[InputError] = []
         self.made: dict[str, bytes] = {}  # contents of files that exist in memory only
 
@@ -106,20 +105,13 @@ class _Folder(FilePathResolver):
         """Return the contents of the file `name`. Raises FileNotFoundError, and InputError for a bad picture."""
         if name in self.made:
             return self.made[name]
-        path = find(texture_name(name), self.folders, self.sources, self.mesh)
-        if path is None:
-            raise FileNotFoundError(name)
-        data = self.sources.read(path)
-        if path.suffix.lower() in IMAGE_SUFFIXES:  # otherwise it is a glTF buffer
-            self._check_image(data, path)
-        return data
-
-    def _check_image(self, data: bytes, path: Path) -> None:
+        path, data = read_named(name, self.mesh, self.sources)
         try:
-            open_image(data, str(path)).close()
+            check_picture(path, data)
         except InputError as error:
             self.defects.append(error)
             raise
+        return data
 
 
 def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:

@@ -5,15 +5,17 @@ minutes in which no thread of Python could do anything about it, or end the proc
 """
 
 import os
+import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import IO, NamedTuple
 
 READY = b"+"
 """What a module that is run here writes first, once the library that it needs is imported."""
 
+_LENGTH = struct.Struct("<Q")  # before each message
 _INTERVAL = 0.05  # s between two looks at the process, in which it allocates some 100 MB at most
 
 
@@ -33,6 +35,45 @@ class Answer(NamedTuple):
     is_ready: bool
     data: bytes
     excess: str
+
+
+def framed(messages: Iterable[bytes]) -> Iterator[bytes]:
+    """Yield messages to or from a process, each with its length before it."""
+    for message in messages:
+        yield _LENGTH.pack(len(message))
+        yield message
+
+
+def answer_messages(answer: Callable[[bytes], bytes]) -> None:
+    """Answer the messages on standard input, in a module that `run_watched` runs, once its library is imported.
+
+    Parameters
+    ----------
+    answer
+        Returns the answer to a message. If it raises anything, the answer is empty: libraries raise exceptions of their
+        own, ValueError or MemoryError for damaged data.
+    """
+    source, target = sys.stdin.buffer, sys.stdout.buffer
+    target.write(READY)
+    while head := source.read(_LENGTH.size):
+        message = source.read(_LENGTH.unpack(head)[0])
+        try:
+            found = answer(message)
+        except Exception:
+            found = b""
+        target.writelines(framed([found]))
+        target.flush()
+
+
+def messages_in(answer: bytes) -> Iterator[memoryview]:
+    """Yield the whole messages in what a process has written, which may end anywhere."""
+    left = memoryview(answer)
+    while len(left) >= _LENGTH.size:
+        (length,) = _LENGTH.unpack(left[: _LENGTH.size])
+        if len(left) < _LENGTH.size + length:
+            return
+        yield left[_LENGTH.size : _LENGTH.size + length]
+        left = left[_LENGTH.size + length :]
 
 
 def run_watched(module: str, request: Iterable[bytes], *, most_bytes: int, most_seconds: float) -> Answer:

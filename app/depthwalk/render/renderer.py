@@ -7,7 +7,7 @@ may rely on; docs/images/frame.svg shows the passes and the targets between them
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
 from typing import Any
 
 import moderngl
@@ -390,7 +390,7 @@ class Renderer:
 
         Where `away` is None, `render.view.framing.facing` chooses the direction.
         """
-        shown = self.world.objects(), self.world.bounds(), cache(self.world.extremes)
+        shown = self.world.objects(), self.world.bounds(), self.world.extremes
         return camera_on(*shown, aspect=aspect, fov=fov, away=away or facing(*shown), turns=turns)
 
     def _forget_assets(self) -> None:

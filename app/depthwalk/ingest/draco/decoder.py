@@ -6,10 +6,9 @@ can be ended.
 """
 
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +17,8 @@ from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
-from depthwalk.extras import install_command
-from depthwalk.ingest.draco.worker import LENGTH
-from depthwalk.ingest.watched_process import run_watched
+from depthwalk.ingest.gltf import without_library
+from depthwalk.ingest.watched_process import framed, messages_in, run_watched
 
 # What decoding may take: for a vertex with eight numbers and two triangles 1,080 bytes and 50 µs. Grids of 10⁶ such
 # vertices take 170 to 290 bytes and 0.6 to 1.9 µs for each, by how they are compressed.
@@ -92,21 +90,18 @@ def decode(streams: Sequence[DracoStream], path: Path) -> list[DracoMesh]:
         explain.
     """
     if find_spec("DracoPy") is None:
-        raise InputError(
-            f"{path}: is compressed by Draco; `{install_command('gltf')}` installs what reads it, and "
-            "`gltf-transform copy` makes a file without compression"
-        )
+        raise without_library(path, "Draco")
     triangles = sum(stream.triangles for stream in streams)
     numbers = sum(stream.vertices * stream.width for stream in streams)
     most_bytes = _BYTES + _BYTES_PER_TRIANGLE * triangles + _BYTES_PER_NUMBER * numbers
     check_memory(path, most_bytes, f"Draco data of {triangles} triangles")
-    request = chain.from_iterable((LENGTH.pack(len(stream.data)), stream.data) for stream in streams)
+    request = framed(stream.data for stream in streams)
     most_seconds = _SECONDS + _SECONDS_PER_ITEM * (triangles + numbers)
     is_ready, answer, excess = run_watched(_WORKER, request, most_bytes=most_bytes, most_seconds=most_seconds)
     if not is_ready and not excess:
         raise InputError(f"{path}: is compressed by Draco, and DracoPy, which reads it, does not start")
     meshes = []
-    packed = _packed(memoryview(answer))
+    packed = messages_in(answer)
     for stream in streams:
         archive = next(packed, None)
         if not archive:
@@ -114,16 +109,6 @@ def decode(streams: Sequence[DracoStream], path: Path) -> list[DracoMesh]:
             raise InputError(f"{stream.where}: its Draco data {stopped if archive is None else 'is damaged'}")
         meshes.append(_unpacked(archive))
     return meshes
-
-
-def _packed(answer: memoryview) -> Iterator[memoryview]:
-    """Yield the archives in what the worker wrote, which may end anywhere."""
-    while len(answer) >= LENGTH.size:
-        (length,) = LENGTH.unpack(answer[: LENGTH.size])
-        if len(answer) < LENGTH.size + length:
-            return
-        yield answer[LENGTH.size : LENGTH.size + length]
-        answer = answer[LENGTH.size + length :]
 
 
 def _unpacked(archive: memoryview | bytes) -> DracoMesh:
