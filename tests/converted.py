@@ -9,9 +9,8 @@ from scipy.spatial import cKDTree
 from depthwalk.geometry.quaternions import rotate
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.reader import read_soup
-from depthwalk.scene.animation import show_moment
 from depthwalk.scene.loader import load_scene
-from depthwalk.scene.scene import MeshAsset
+from depthwalk.scene.scene import MeshAsset, show_moment
 
 
 def of_file(path: Path) -> NDArray[np.float64]:

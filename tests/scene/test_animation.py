@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
 from depthwalk.errors import InputError
-from depthwalk.scene.animation import animations, show_moment
+from depthwalk.scene.animation import animations
+from depthwalk.scene.arrays import Nodes
 from depthwalk.scene.loader import load_scene
-from depthwalk.scene.scene import Nodes, Scene
+from depthwalk.scene.scene import Scene, show_moment
 from depthwalk.scene.schema import AnimationParams
 from depthwalk.scene.similarity import identities
 

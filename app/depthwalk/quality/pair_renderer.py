@@ -18,10 +18,10 @@ from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.quality.views import Viewpoint, bounding_sphere, view_of
 from depthwalk.render.headless import HeadlessRenderer
-from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.arrays import Nodes, Objects, Representation
 from depthwalk.scene.environment import Environment
 from depthwalk.scene.render_settings import RenderSettings
-from depthwalk.scene.scene import Nodes, Scene
+from depthwalk.scene.scene import Scene
 from depthwalk.scene.similarity import identities
 
 BACKGROUND = (0.5, 0.5, 0.5)  # sRGB; favours neither bright nor dark surfaces

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.hermite import hermite
-from depthwalk.scene.scene import Nodes, Scene, place_nodes, place_objects
+from depthwalk.scene.arrays import Nodes, place_nodes
 from depthwalk.scene.schema import AnimationParams
 from depthwalk.scene.similarity import from_angles
 
@@ -93,6 +93,18 @@ class Animations:
 
     def _ordered(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.arange(len(self.node)) + time / (2 * self.times[self.first[1:] - 1])
+
+    def place(self, nodes: Nodes, seconds: float) -> None:
+        """Place the animated nodes, and all below them, as they are at a moment of the scene, in place.
+
+        nodes: all nodes of the scene, whose placements change.
+        """
+        sampled = self.sample(seconds)
+        nodes.local.position[self.node] = sampled[:, _POSITION]
+        nodes.angles[self.node] = sampled[:, _ANGLES]
+        nodes.local.rotation[self.node] = from_angles(*sampled[:, _ANGLES].T)
+        nodes.local.scale[self.node] = np.exp(sampled[:, _SCALE])
+        place_nodes(nodes, self.moved_nodes)
 
     def extents(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Return bounds of what the curves reach: distances from the parents' origins, least and largest scales, (m,).
@@ -190,31 +202,3 @@ def _below(at: NDArray[np.int64], nodes: Nodes) -> tuple[NDArray[np.int64], NDAr
 
     first, objects = nodes.first_object[at], int(nodes.object_count[nodes.depth == 0].sum())
     return rows(at, nodes.end[at], len(nodes)), rows(first, first + nodes.object_count[at], objects)
-
-
-def show_moment(scene: Scene, seconds: float) -> NDArray[np.int64]:
-    """Place all animated nodes of a scene, and the objects below them, as they are at a moment, in place.
-
-    Parameters
-    ----------
-    scene
-        The scene, which is changed.
-    seconds
-        The moment, seconds since the scene began.
-
-    Returns
-    -------
-    (n,) int64
-        Rows of `scene.objects` that were placed; empty for a scene without animations.
-    """
-    if scene.animations is None:
-        return np.zeros(0, np.int64)
-    animated, nodes = scene.animations, scene.nodes
-    sampled = animated.sample(seconds)
-    nodes.local.position[animated.node] = sampled[:, _POSITION]
-    nodes.angles[animated.node] = sampled[:, _ANGLES]
-    nodes.local.rotation[animated.node] = from_angles(*sampled[:, _ANGLES].T)
-    nodes.local.scale[animated.node] = np.exp(sampled[:, _SCALE])
-    place_nodes(nodes, animated.moved_nodes)
-    place_objects(scene.objects, nodes, scene.instances, scene.owner, animated.moved_objects)
-    return animated.moved_objects

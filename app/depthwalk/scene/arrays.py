@@ -1,6 +1,7 @@
-"""Define the camera, and the objects of a scene as a structure of arrays, which every later stage works on."""
+"""Define the camera, and the nodes and objects of a scene as structures of arrays, which every later stage works on."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
@@ -9,6 +10,9 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from depthwalk.geometry.soa import StructOfArrays
+from depthwalk.scene.similarity import Similarity, compose
+
+_BLOCK = 8192  # objects placed at a time: their transforms stay in the processor's cache
 
 
 class Representation(IntEnum):
@@ -94,6 +98,47 @@ class Objects(StructOfArrays):
         return np.asarray(np.logical_or.reduce([self.representation == kind for kind in OF_MESH]))
 
 
+@dataclass(frozen=True, kw_only=True)
+class Nodes:
+    """Hold m nodes in the order of the file, a group before its members.
+
+    A subtree is therefore one run of nodes, and its objects are one run of objects.
+
+    Attributes
+    ----------
+    name : m strings
+        "" for unnamed nodes.
+    parent : (m,) int32
+        Row of the group that holds the node, −1 at the top.
+    depth : (m,) int32
+        Number of groups that enclose the node.
+    end : (m,) int32
+        One past the last node of the subtree.
+    first_object, object_count : (m,) int32
+        The run of objects in the subtree.
+    angles : (m, 3) float64
+        Yaw, pitch and roll by which the node is turned in its group, radians; see `similarity.from_angles`.
+    local : m transforms, float64
+        Parent from node: the placement of the node in its group.
+    world : m transforms, float64
+        World from node, kept up to date by `set_node_transform`.
+    """
+
+    name: tuple[str, ...]
+    parent: NDArray[np.int32]
+    depth: NDArray[np.int32]
+    end: NDArray[np.int32]
+    first_object: NDArray[np.int32]
+    object_count: NDArray[np.int32]
+    angles: NDArray[np.float64]
+    local: Similarity
+    world: Similarity
+
+    def __len__(self) -> int:
+        """Return the number of nodes."""
+        return len(self.name)
+
+
 @dataclass(frozen=True)
 class Camera:
     """Describe a pinhole camera in plain numbers, as scene files do.
@@ -125,3 +170,61 @@ class Camera:
         (x, y, z), (to_x, to_y, to_z) = self.position, self.target
         position, target = (x + shift.x, y + shift.y, z + shift.z), (to_x + shift.x, to_y + shift.y, to_z + shift.z)
         return replace(self, position=position, target=target)
+
+
+def place_nodes(nodes: Nodes, rows: NDArray[np.integer]) -> None:
+    """Recompute the world transforms of nodes from their parents', in place.
+
+    Parameters
+    ----------
+    nodes
+        All nodes of a scene, whose `world` changes.
+    rows
+        (k,) the nodes; they must be whole subtrees.
+    """
+    depth = nodes.depth[rows]
+    for groups_above in np.unique(depth).tolist():
+        level = rows[depth == groups_above]
+        local = nodes.local[level]
+        nodes.world[level] = compose(nodes.world[nodes.parent[level]], local) if groups_above else local
+
+
+def place_objects(
+    objects: Objects,
+    nodes: Nodes,
+    instances: Similarity,
+    owner: NDArray[np.int32],
+    which: slice | NDArray[np.integer],
+) -> None:
+    """Recompute the world transforms of objects from those of their nodes, in place.
+
+    Parameters
+    ----------
+    objects
+        All n objects of a scene, whose position (metres), rotation and scale change.
+    nodes
+        All nodes of the scene, with their present world transforms.
+    instances
+        n transforms, metres: the placement of each object in the frame of its node.
+    owner
+        (n,) int32, the row in `nodes` of the node that holds each object.
+    which
+        The objects: a slice of them, or (k,) their rows.
+    """
+    for rows in _blocks(which):
+        world = compose(nodes.world[owner[rows]], instances[rows])
+        objects.position[rows], objects.rotation[rows], objects.scale[rows] = (
+            world.position,
+            world.rotation,
+            world.scale,
+        )
+
+
+def _blocks(which: slice | NDArray[np.integer]) -> Iterator[slice | NDArray[np.integer]]:
+    """Yield a slice or rows in blocks of at most _BLOCK."""
+    if isinstance(which, slice):
+        for first in range(which.start, which.stop, _BLOCK):
+            yield slice(first, min(first + _BLOCK, which.stop))
+    else:
+        for first in range(0, len(which), _BLOCK):
+            yield which[first : first + _BLOCK]

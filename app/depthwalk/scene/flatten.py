@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from depthwalk.errors import InputError, suggest
 from depthwalk.limits import MAX_GROUP_DEPTH, MAX_INSTANCES
-from depthwalk.scene.arrays import HEIGHT_FIELDS, OF_MESH, Objects, Representation
+from depthwalk.scene.arrays import HEIGHT_FIELDS, OF_MESH, Nodes, Objects, Representation, place_nodes, place_objects
 from depthwalk.scene.document import Loc
-from depthwalk.scene.scene import Nodes, place_nodes, place_objects
 from depthwalk.scene.schema import (
     AssetParams,
     BakedAssetParams,

@@ -19,7 +19,7 @@ from depthwalk.scene.document import Document, Loc, read_document
 from depthwalk.scene.environment import CameraParams, Environment
 from depthwalk.scene.fields import FileParams
 from depthwalk.scene.flatten import Flat, ListedItem, flatten, list_items, reference_errors
-from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset, Scene
+from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset, Scene, show_moment
 from depthwalk.scene.schema import AssetParams, BakedAssetParams, DpciParams, MeshAssetParams, PlacesParams, SceneFile
 from depthwalk.scene.similarity import Similarity
 from depthwalk.scene.validate import Source, check_model, raise_all
@@ -66,7 +66,7 @@ def load_scene(
     """
     path = Path(path)
     if is_model_file(path):
-        from depthwalk.scene.models import model_document  # here, since scenes need none of it
+        from depthwalk.scene.model_document import model_document  # here, since scenes need none of it
 
         return scene_from(model_document(path), path, path.resolve().parent, asset_roots, overrides, sky)
     return scene_from(read_document(path), path, path.parent, asset_roots, overrides, sky)
@@ -139,8 +139,7 @@ def scene_from(
 
 def _animated(scene: Scene, rows: list[ListedItem], flat: Flat, source: Source) -> Scene:
     """Return the scene with the animations of its nodes, which stand as at their beginning."""
-    from depthwalk.scene.animation import show_moment  # here and below: most scenes stand still
-    from depthwalk.scene.animation_check import load_animations
+    from depthwalk.scene.animation_check import load_animations  # here: most scenes stand still
 
     scene = replace(scene, animations=load_animations(rows, flat, source))
     show_moment(scene, 0.0)

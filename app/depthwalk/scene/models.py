@@ -1,8 +1,7 @@
 """Load models that are shown without a scene file: one at the origin, or several together, in a light of their own.
 
 Several are shown at the coordinates of their files, as other viewers do it: parts of an assembly and tiles of a scan
-fit together only so. Models that have nothing to do with each other can stand side by side instead. The light is that
-of a studio, since the albedo of models and scans is often close to white (docs/light.md).
+fit together only so. Models that have nothing to do with each other can stand side by side instead.
 """
 
 import json
@@ -17,16 +16,12 @@ import numpy as np
 from depthwalk.errors import InputError, missing_file
 from depthwalk.ingest.formats import SCENE_SUFFIXES, check_suffix, is_baked_file, is_mesh_file, is_model_file
 from depthwalk.limits import MAX_COORDINATE
-from depthwalk.scene.document import Document, parse_document
+from depthwalk.scene.document import Document
 from depthwalk.scene.loader import load_scene, scene_from
+from depthwalk.scene.model_document import asset_text, document_of, name_text
 from depthwalk.scene.scene import MeshAsset, Scene
 from depthwalk.types import Array
 
-_LIGHT = (
-    "{sun: {colour: [1, 0.98, 0.95], intensity: 0.7}, "
-    "ambient: {colour: [0.96, 0.98, 1], intensity: 0.5, direction: [0.65, -0.6, 0.5], contrast: 0.85}}"
-)
-"""The `environment` of models: white surfaces come out just below white, and those turned from the sun have shape."""
 _GAP = 0.2  # of the widest model's width: between models that stand side by side
 
 
@@ -95,46 +90,14 @@ def _textured(scene: Scene, texture: Path) -> Scene:
     return replace(scene, assets=meshes)
 
 
-def model_document(path: Path) -> Document:
-    """Return the scene file that a user would write to look at a single mesh or a file of depth images.
-
-    Its asset is called `model`, so that `--set assets.model.…` works. Links are followed, so that the file lies in the
-    scene's folder. Raises InputError if there is no such file.
-    """
-    if not path.is_file():
-        raise missing_file(path)
-    file = path.resolve()  # as the asset is read: the command line prints equal warnings once
-    return _written([f"model: {_asset(file, file.name)}"], ["{asset: model}"], path)
-
-
-def _written(assets: Sequence[str], objects: Sequence[str], path: Path) -> Document:
-    """Return the scene file of the texts of assets and objects, in the light of models; errors cite `path`."""
-    lists = f"assets: {{{', '.join(assets)}}}, objects: [{', '.join(objects)}]"
-    return parse_document(f"{{version: 1, {lists}, environment: {_LIGHT}}}", str(path))
-
-
-def _asset(file: Path, name: str) -> str:
-    """Return the text of an asset that shows a model: its `file`, and the `name` by which the scene finds it."""
-    from depthwalk.ingest.mesh_head import is_all_translucent  # here, since scenes need none of it
-
-    if is_baked_file(file):
-        return f"{{baked: {_text(name)}}}"
-    images = "" if is_all_translucent(file) else ", dpci: {}"  # depth images would show nothing of a translucent mesh
-    return f"{{mesh: {_text(name)}{images}}}"
-
-
-def _text(value: str) -> str:
-    return json.dumps(value, ensure_ascii=False)
-
-
 def _document(files: Sequence[Path], names: Sequence[str], places: Array, folder: Path) -> Document:
     """Return the scene file that a user would write in `folder` to look at models at `places` (n, 3), metres."""
     assets, objects = [], []
     for file, name, place in zip(files, names, places.tolist(), strict=True):
         found = file.resolve()
-        assets.append(f"{_text(name)}: {_asset(found, found.relative_to(folder).as_posix())}")
-        objects.append(f"{{asset: {_text(name)}, position: {json.dumps(place)}}}")
-    return _written(assets, objects, files[0])
+        assets.append(f"{name_text(name)}: {asset_text(found, found.relative_to(folder).as_posix())}")
+        objects.append(f"{{asset: {name_text(name)}, position: {json.dumps(place)}}}")
+    return document_of(assets, objects, files[0])
 
 
 def _boxes(files: Sequence[Path]) -> Array:

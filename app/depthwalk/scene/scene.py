@@ -1,9 +1,9 @@
-"""Define a loaded scene: its assets, the table of its nodes, and the objects that they flatten into.
+"""Define a loaded scene: its assets, and the objects that its nodes flatten into.
 
-Nodes form a tree, as in the file. Moving one (`set_node_transform`) recomputes only the objects below it.
+Its objects move in two ways: a node is placed anew (`set_node_transform`), or time passes (`show_moment`).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -11,17 +11,15 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.scene.arrays import Camera, Objects
+from depthwalk.scene.arrays import Camera, Nodes, Objects, place_nodes, place_objects
 from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.schema import DpciParams, IntrinsicsParams, PanoramaParams
-from depthwalk.scene.similarity import Similarity, compose, from_angles
+from depthwalk.scene.similarity import Similarity, from_angles
 
 if TYPE_CHECKING:
     from depthwalk.scene.advice import Advice
     from depthwalk.scene.animation import Animations
-
-_BLOCK = 8192  # objects placed at a time: their transforms stay in the processor's cache
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,51 +112,10 @@ Asset = MeshAsset | DepthImageAsset | BakedAsset
 
 
 @dataclass(frozen=True, kw_only=True)
-class Nodes:
-    """Hold m nodes in the order of the file, a group before its members.
-
-    A subtree is therefore one run of nodes, and its objects are one run of objects.
-
-    Attributes
-    ----------
-    name : m strings
-        "" for unnamed nodes.
-    parent : (m,) int32
-        Row of the group that holds the node, −1 at the top.
-    depth : (m,) int32
-        Number of groups that enclose the node.
-    end : (m,) int32
-        One past the last node of the subtree.
-    first_object, object_count : (m,) int32
-        The run of objects in the subtree.
-    angles : (m, 3) float64
-        Yaw, pitch and roll by which the node is turned in its group, radians; see `similarity.from_angles`.
-    local : m transforms, float64
-        Parent from node: the placement of the node in its group.
-    world : m transforms, float64
-        World from node, kept up to date by `set_node_transform`.
-    """
-
-    name: tuple[str, ...]
-    parent: NDArray[np.int32]
-    depth: NDArray[np.int32]
-    end: NDArray[np.int32]
-    first_object: NDArray[np.int32]
-    object_count: NDArray[np.int32]
-    angles: NDArray[np.float64]
-    local: Similarity
-    world: Similarity
-
-    def __len__(self) -> int:
-        """Return the number of nodes."""
-        return len(self.name)
-
-
-@dataclass(frozen=True, kw_only=True)
 class Scene:
     """Hold everything that a scene file says, checked and resolved.
 
-    Its arrays change only through `set_node_transform` and `animation.show_moment`.
+    Its arrays change only through `set_node_transform` and `show_moment`.
 
     Attributes
     ----------
@@ -272,59 +229,24 @@ def set_node_transform(
     return changed
 
 
-def place_nodes(nodes: Nodes, rows: NDArray[np.integer]) -> None:
-    """Recompute the world transforms of nodes from their parents', in place.
+def show_moment(scene: Scene, seconds: float) -> NDArray[np.int64]:
+    """Place all animated nodes of a scene, and the objects below them, as they are at a moment, in place.
 
     Parameters
     ----------
-    nodes
-        All nodes of a scene, whose `world` changes.
-    rows
-        (k,) the nodes; they must be whole subtrees.
+    scene
+        The scene, which is changed.
+    seconds
+        The moment, seconds since the scene began.
+
+    Returns
+    -------
+    (n,) int64
+        Rows of `scene.objects` that were placed; empty for a scene without animations.
     """
-    depth = nodes.depth[rows]
-    for groups_above in np.unique(depth).tolist():
-        level = rows[depth == groups_above]
-        local = nodes.local[level]
-        nodes.world[level] = compose(nodes.world[nodes.parent[level]], local) if groups_above else local
-
-
-def place_objects(
-    objects: Objects,
-    nodes: Nodes,
-    instances: Similarity,
-    owner: NDArray[np.int32],
-    which: slice | NDArray[np.integer],
-) -> None:
-    """Recompute the world transforms of objects from those of their nodes, in place.
-
-    Parameters
-    ----------
-    objects
-        All n objects of a scene, whose position (metres), rotation and scale change.
-    nodes
-        All nodes of the scene, with their present world transforms.
-    instances
-        n transforms, metres: the placement of each object in the frame of its node.
-    owner
-        (n,) int32, the row in `nodes` of the node that holds each object.
-    which
-        The objects: a slice of them, or (k,) their rows.
-    """
-    for rows in _blocks(which):
-        world = compose(nodes.world[owner[rows]], instances[rows])
-        objects.position[rows], objects.rotation[rows], objects.scale[rows] = (
-            world.position,
-            world.rotation,
-            world.scale,
-        )
-
-
-def _blocks(which: slice | NDArray[np.integer]) -> Iterator[slice | NDArray[np.integer]]:
-    """Yield a slice or rows in blocks of at most _BLOCK."""
-    if isinstance(which, slice):
-        for first in range(which.start, which.stop, _BLOCK):
-            yield slice(first, min(first + _BLOCK, which.stop))
-    else:
-        for first in range(0, len(which), _BLOCK):
-            yield which[first : first + _BLOCK]
+    if scene.animations is None:
+        return np.zeros(0, np.int64)
+    scene.animations.place(scene.nodes, seconds)
+    moved = scene.animations.moved_objects
+    place_objects(scene.objects, scene.nodes, scene.instances, scene.owner, moved)
+    return moved

@@ -7,7 +7,6 @@ resolves scalars as YAML 1.1 does (where `no` is false and `1:30` is 90) and fol
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 import yaml
 from yaml import (
@@ -149,10 +148,10 @@ def compose(text: str, name: str) -> Node | None:
     try:
         return _root(text, name)
     except yaml.MarkedYAMLError as error:
-        if "nesting" in (error.problem or ""):  # libyaml read ahead to a deeper bracket than the first one too deep
-            return compose(text[: _offset(text, error.problem_mark)], name)
-        from depthwalk.scene.yaml_problems import explained  # here: only mistakes need it
+        from depthwalk.scene.yaml_problems import explained, offset_of  # here: only mistakes need them
 
+        if "nesting" in (error.problem or ""):  # libyaml read ahead to a deeper bracket than the first one too deep
+            return compose(text[: offset_of(text, error.problem_mark)], name)
         line, column, problem = explained(error, text)
         raise located(name, line, column, f"not valid YAML: {problem}") from None
     except yaml.YAMLError as error:
@@ -165,7 +164,7 @@ def _root(text: str, name: str) -> Node | None:
     opened: list[SequenceNode | MappingNode] = [holder]
     anchors: dict[str, Node] = {}
     for event in yaml.parse(text, Loader=yaml.CBaseLoader):
-        line, column = place_of(event.start_mark)
+        line, column = (mark.line, mark.column) if (mark := event.start_mark) else (0, 0)
         if isinstance(event, DocumentStartEvent) and holder.items:
             raise located(name, line, column, "not valid YAML: a second document starts here")
         if not isinstance(event, NodeEvent):
@@ -216,14 +215,3 @@ def _value_of(tag: str, text: str) -> bool | int | float | None:
         base = {"b": 2, "o": 8, "x": 16}.get(text.lstrip("-+")[1:2], 10)
         return int(text, base)
     return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
-
-
-def place_of(mark: Any) -> tuple[int, int]:
-    """Return line and column of a mark of PyYAML, counted from 0; the start of the text if there is none."""
-    return (mark.line, mark.column) if mark else (0, 0)
-
-
-def _offset(text: str, mark: Any) -> int:
-    """Return how many characters of the text precede a mark."""
-    line, column = place_of(mark)
-    return sum(map(len, text.splitlines(keepends=True)[:line])) + column

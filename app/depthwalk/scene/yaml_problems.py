@@ -7,6 +7,7 @@ what the mistake is: an open bracket, a colon left out, lines that are not align
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import yaml
 from yaml import (
@@ -23,7 +24,6 @@ from yaml import (
 )
 
 from depthwalk.errors import quoted
-from depthwalk.scene.yaml_nodes import place_of
 
 Place = tuple[int, int]
 """Line and column in a text, counted from 0."""
@@ -96,6 +96,17 @@ def colour_message(line: str, column: int) -> str:
     return f"'#' starts a comment; put the colour in quotes: \"{found[1]}\""
 
 
+def offset_of(text: str, mark: Any) -> int:
+    """Return how many characters of the text precede a mark of PyYAML."""
+    line, column = _place_of(mark)
+    return sum(map(len, text.splitlines(keepends=True)[:line])) + column
+
+
+def _place_of(mark: Any) -> Place:
+    """Return line and column of a mark of PyYAML, counted from 0; the start of the text if there is none."""
+    return (mark.line, mark.column) if mark else (0, 0)
+
+
 def _has_no_colon(line: str) -> bool:
     """Return whether a line has plain text without a colon that ends a key."""
     bare = _INDENT.sub("", re.sub(r"(?:^|\s)#.*", "", line)).strip()
@@ -107,8 +118,8 @@ class _Explanation:
 
     def __init__(self, error: yaml.MarkedYAMLError, text: str) -> None:
         self.problem = " ".join((error.problem or error.context or "malformed").split())
-        self.place = place_of(error.problem_mark or error.context_mark)
-        self.context = place_of(error.context_mark) if error.context_mark else None
+        self.place = _place_of(error.problem_mark or error.context_mark)
+        self.context = _place_of(error.context_mark) if error.context_mark else None
         self.lines = text.splitlines()
         self.tokens = list(_tokens_before(text, self.place))
         self.open = self._open_brackets()
@@ -123,7 +134,7 @@ class _Explanation:
         if "end of stream" in self.problem or (self.place[0] >= len(self.lines) and (self.open or self.context)):
             return self._unfinished()
         problem = self._plain()
-        if self.open and (opened := place_of(self.open[-1].start_mark))[0] < self.place[0]:
+        if self.open and (opened := _place_of(self.open[-1].start_mark))[0] < self.place[0]:
             problem += f"; the {quoted(self._bracket(opened))} of line {opened[0] + 1} is open"
         return *self.place, problem
 
@@ -133,7 +144,7 @@ class _Explanation:
             return None
         first = self.tokens.index(self.open[0])
         for token in self.tokens[first:]:
-            line, column = place_of(token.end_mark)
+            line, column = _place_of(token.end_mark)
             before_value = isinstance(token, ValueToken | FlowEntryToken | FlowSequenceStartToken)
             if before_value and (colour := _COLOUR.match(self.lines[line], column)):
                 return line, colour.start(1), colour_message(self.lines[line], colour.start(1))
@@ -212,9 +223,9 @@ class _Explanation:
         for token, after in zip(self.tokens, self.tokens[1:], strict=False):
             depth += isinstance(token, _OPENING) - isinstance(token, _CLOSING)
             if depth == 0 and isinstance(token, BlockEntryToken):
-                found.append(_Entry(*place_of(token.start_mark), "-"))
+                found.append(_Entry(*_place_of(token.start_mark), "-"))
             elif depth == 0 and isinstance(token, KeyToken) and isinstance(after, ScalarToken):
-                found.append(_Entry(*place_of(after.start_mark), after.value))
+                found.append(_Entry(*_place_of(after.start_mark), after.value))
         return [entry for entry in found if entry.line < self.place[0]]
 
     def _two_colons(self) -> tuple[int, int, str] | None:
@@ -243,7 +254,7 @@ class _Explanation:
         problem = self.problem.replace("found unexpected end of stream", "expected a closing quote")
         line, column = self.context or self.place
         if self.open and "closing quote" not in problem:
-            line, column = place_of(self.open[-1].start_mark)
+            line, column = _place_of(self.open[-1].start_mark)
             problem = f"expected ',' or '{_CLOSER[self._bracket((line, column))]}'"
         return line, column, _shortened(problem) + _AT_END
 
@@ -275,7 +286,7 @@ def _tokens_before(text: str, place: Place) -> Iterator[Token]:
     """Yield the tokens of a text that start before a place, as far as libyaml can tell them."""
     try:
         for token in yaml.scan(text, Loader=yaml.CBaseLoader):
-            if place_of(token.start_mark) >= place:
+            if _place_of(token.start_mark) >= place:
                 return
             yield token
     except yaml.YAMLError:

@@ -6,8 +6,7 @@ import numpy as np
 
 from depthwalk.geometry.quaternions import conjugate, multiply
 from depthwalk.render.view.bounds import Cylinders
-from depthwalk.scene.animation import show_moment
-from depthwalk.scene.scene import Scene
+from depthwalk.scene.scene import Scene, show_moment
 from depthwalk.types import Array, Rows
 
 _STEP = 1 / 120  # seconds between the two moments that are compared

@@ -20,7 +20,7 @@ from depthwalk.render.world.object_rows import ObjectRows, rows_of
 from depthwalk.render.world.placeholders import Placeholders, find_placeholders
 from depthwalk.render.world.spatial_cells import SpatialCells, in_sight, sort_into_cells
 from depthwalk.scene.arrays import Objects, Representation
-from depthwalk.scene.scene import Scene
+from depthwalk.scene.scene import Scene, show_moment
 from depthwalk.types import Array, Ints, Mask, Rows
 
 if TYPE_CHECKING:
@@ -297,8 +297,6 @@ class RenderWorld:
         """
         if self._scene.animations is None or self._moment == seconds:
             return
-        from depthwalk.scene.animation import show_moment  # here: most scenes stand still
-
         self.moved(show_moment(self._scene, seconds))
         self._moment, self._moments = seconds, self._moments + 1
 
