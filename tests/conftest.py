@@ -2,6 +2,7 @@
 
 import contextlib
 import gc
+import hashlib
 import logging
 import os
 import shutil
@@ -10,7 +11,7 @@ import subprocess
 import sys
 from collections.abc import Generator, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -19,6 +20,7 @@ from platformdirs import user_cache_path
 if TYPE_CHECKING:
     from depthwalk.gpu.device import Device
 
+_STAGES = {".vert": "vertex", ".frag": "fragment"}
 _PATIENT = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 settings.register_profile("quick", _PATIENT, max_examples=25, derandomize=True)  # the same ones every time
 settings.register_profile("long", _PATIENT, max_examples=1000)
@@ -38,10 +40,35 @@ def pytest_configure(config: pytest.Config) -> None:
             os.environ.setdefault(f"MALLOC_{threshold}_THRESHOLD_", str(size))
         # Optimising shaders takes llvmpipe longer than drawing a few small pictures with them as they are.
         os.environ.setdefault("GALLIVM_PERF", "nopt")
+    if folder := config.getoption("shaders"):
+        _keep_shaders(Path(folder))
+
+
+def _keep_shaders(folder: Path) -> None:
+    """Write each program that is linked from now on into `folder`, one file for each of its two shaders.
+
+    Other compilers can check them there: what Mesa accepts, drivers of GPUs may refuse.
+    """
+    import moderngl
+
+    folder.mkdir(parents=True, exist_ok=True)
+    link: Any = moderngl.Context.program
+
+    def linked(context: moderngl.Context, **options: Any) -> moderngl.Program:
+        program: moderngl.Program = link(context, **options)
+        texts = {suffix: options.get(f"{stage}_shader") or "" for suffix, stage in _STAGES.items()}
+        name = hashlib.sha256("".join(texts.values()).encode()).hexdigest()[:16]
+        for suffix, text in texts.items():
+            if text:
+                (folder / name).with_suffix(suffix).write_text(text)
+        return program
+
+    setattr(moderngl.Context, "program", linked)  # noqa: B010 - mypy knows no other way to replace a method
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update-goldens", action="store_true", help="replace tests/images and write difference sheets")
+    parser.addoption("--shaders", metavar="FOLDER", help="write the text of all programs that tests link")
     parser.addoption(
         "--most-cpu", type=float, metavar="SECONDS", help="fail tests that take more of a processor and are not slow"
     )
