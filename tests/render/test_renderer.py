@@ -71,8 +71,6 @@ def test_passes_that_draw_objects_come_first(gl_device: Device, library: ShapeLi
 
 
 def test_neighbours_run_together_for_each_sample(gl_device: Device, library: ShapeLibrary) -> None:
-    if gl_device.max_samples < 4:
-        pytest.skip("the device has fewer samples")
     scene = crate()
     notes: list[Note] = []
     scene.render.aa = "msaa"

@@ -80,8 +80,6 @@ def test_pictures_are_those_of_drawing_it_all(
     representation: Representation,
     settings: dict[str, Any],
 ) -> None:
-    if settings.get("aa") == "msaa" and gl_device.max_samples < 4:
-        pytest.skip("no samples")
     monkeypatch.setattr(gl_device, "software", True)  # a GPU draws the whole picture
     parts: list[Part | None] = []
 
