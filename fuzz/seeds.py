@@ -139,9 +139,10 @@ def plys() -> list[Files]:
         body += b"".join(struct.pack(order + "B3i", 3, *map(int, face)) for face in FACES)
         made.append({"mesh.ply": _PLY_HEADER.format(form=form).encode() + body, "skin.png": skin})
     head = "ply\nformat ascii 1.0\nelement vertex 4\n" + "".join(f"property float {name}\n" for name in ("x", "y", "z"))
-    normals = "".join(f"property float {name}\n" for name in ("nx", "ny", "nz"))
     rows = "".join(f"{x:g} {y:g} {z:g} 0 0 1\n" for x, y, z in CORNERS)
-    made.append({"mesh.ply": (head + normals + "end_header\n" + rows).encode()})
+    for names in (("nx", "ny", "nz"), ("f_dc_0", "f_dc_1", "f_dc_2")):
+        others = "".join(f"property float {name}\n" for name in names)
+        made.append({"mesh.ply": (head + others + "end_header\n" + rows).encode()})
     return made + hostile("*.ply", HOSTILE / "meshes")
 
 

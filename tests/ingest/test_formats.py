@@ -5,7 +5,13 @@ from pathlib import Path
 import pytest
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.formats import MESH_SUFFIXES, OTHER_MESH_SUFFIXES, check_suffix, is_mesh_file
+from depthwalk.ingest.formats import (
+    MESH_SUFFIXES,
+    OTHER_MESH_SUFFIXES,
+    OTHER_POINT_SUFFIXES,
+    check_suffix,
+    is_mesh_file,
+)
 
 
 @pytest.mark.parametrize("suffix", MESH_SUFFIXES)
@@ -15,7 +21,7 @@ def test_meshes(suffix: str) -> None:
         check_suffix(path)
 
 
-@pytest.mark.parametrize("name", ["scene.xyz", "obj", ".obj", "model.obj.txt"])
+@pytest.mark.parametrize("name", ["scene.conf", "obj", ".obj", "model.obj.txt"])
 def test_what_is_no_mesh(name: str) -> None:
     assert not is_mesh_file(Path(name))
     with pytest.raises(InputError, match=r"is not a mesh format \(use \.obj"):
@@ -44,4 +50,10 @@ def test_what_else_users_have_is_told_where_it_goes(name: str, message: str) -> 
 @pytest.mark.parametrize("suffix", OTHER_MESH_SUFFIXES)
 def test_meshes_of_other_programs_are_refused_by_name(suffix: str) -> None:
     with pytest.raises(InputError, match=r"is not a mesh format .*; save it as \.glb"):
+        is_mesh_file(Path(f"a{suffix}"))
+
+
+@pytest.mark.parametrize("suffix", OTHER_POINT_SUFFIXES)
+def test_points_of_other_programs_are_refused_by_name(suffix: str) -> None:
+    with pytest.raises(InputError, match=r"is not a mesh format .*; save its points as \.ply"):
         is_mesh_file(Path(f"a{suffix}"))

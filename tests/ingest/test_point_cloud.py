@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
+from depthwalk.ingest.mesh_head import read_head
 from depthwalk.ingest.reader import read_soup
 
 COUNT = 400
@@ -153,3 +154,55 @@ def test_points_on_no_surface_are_told(tmp_path: Path, caplog: pytest.LogCapture
         assert not caplog.text
         read_soup(written(tmp_path, "both.obj", obj(np.concatenate([BALL, line]))))
     assert "of 450 points are on no surface, and not shown" in caplog.text
+
+
+SPLATS = "x y z nx ny nz f_dc_0 f_dc_1 f_dc_2 f_rest_0 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3"
+
+
+def splats(
+    centres: NDArray[np.float64], opacity: NDArray[np.float64], dc: tuple[float, float, float]
+) -> NDArray[np.float64]:
+    """Return the columns `SPLATS` of Gaussian splats of one colour, as 3DGS writes them: without normals."""
+    columns = np.zeros((len(centres), 18))
+    columns[:, :3], columns[:, 6:9], columns[:, 10], columns[:, 14] = centres, dc, opacity, 1
+    return columns
+
+
+def test_gaussian_splats_are_a_surface_through_the_opaque_ones(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    haze = 5 * BALL[::8]  # which would pull the surface apart
+    opacity = np.r_[np.full(COUNT, 0.5), np.full(len(haze), -0.5)]
+    data = splats(np.vstack([BALL, haze]), opacity, (1.0, 0.0, -5.0))
+    file = written(tmp_path, "splats.ply", ply(data, SPLATS))
+    with caplog.at_level(logging.WARNING):
+        mesh = load_mesh(file)
+    share = f"{COUNT} of {COUNT + len(haze)}, which are at least half opaque"
+    told = f"Gaussian splats, drawn as the surface through the centres of {share}"
+    assert caplog.messages == [f"{file}: {told}"]
+    assert len(mesh.positions) == COUNT and np.ptp(mesh.positions, axis=0).max() < 2.01
+    # 0.5 + 0.28209 · f_dc of 255, cut off at 0
+    assert (mesh.colours == (199, 128, 0)).all() and mesh.is_unlit
+    caplog.clear()
+    assert load_mesh(file, coarse=True).is_unlit and not caplog.messages  # it is told with the whole mesh
+    head = read_head(file)
+    assert head.has_splats and not read_head(written(tmp_path, "scan.ply", ply(BALL, "x y z"))).has_splats
+    few = written(tmp_path, "few.ply", ply(data[COUNT - 2 : COUNT + 5], SPLATS))
+    with pytest.raises(InputError) as error:
+        load_mesh(few)
+    assert str(error.value) == f"{few}: {told.replace(f'{COUNT} of {COUNT + len(haze)}', '2 of 7')}: too few"
+
+
+def test_splats_may_have_no_opacity_and_usual_colours(tmp_path: Path) -> None:
+    data = np.column_stack([BALL, RED, np.zeros((COUNT, 3))])
+    file = written(tmp_path, "splats.ply", ply(data, "x y z red green blue f_dc_0 f_dc_1 f_dc_2"))
+    mesh = load_mesh(file)
+    assert len(mesh.positions) == COUNT and (mesh.colours == (200, 30, 10)).all()
+
+
+def test_compressed_splats_are_told(tmp_path: Path) -> None:
+    names = "".join(f"property uint packed_{name}\n" for name in ("position", "rotation", "scale", "color"))
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex 4\n{names}end_header\n"
+    file = written(tmp_path, "packed.ply", head.encode() + bytes(64))
+    with pytest.raises(InputError, match=r"Gaussian splats that are compressed; save them as an uncompressed"):
+        load_mesh(file)

@@ -114,13 +114,14 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
     head = read_head(spec.mesh, spec.texture, sources)
     digest = hash_files(head.files, sources)
     # The marks invalidate results from before alpha was heeded, translucent parts left out, skins posed, colours by
-    # other names read, normal maps read, unlit materials shown as they are, roughness maps read and KTX 2 pictures,
-    # which are read if a library is there.
+    # other names read, splats thinned, normal maps read, unlit materials shown as they are, roughness maps read and
+    # KTX 2 pictures, which are read if a library is there.
     marks = {
         "+cut-outs": head.has_cut_outs,
         "+translucency": head.is_translucent,
         "+other-geometry": head.has_other_geometry,
         "+diffuse-colours": head.has_diffuse_colours,
+        "+splats": head.has_splats,
         "+normal-maps": head.has_normal_maps,
         "+unlit": head.is_unlit,
         "+roughness-maps": head.has_roughness_maps,

@@ -307,7 +307,7 @@ def _cloud_rows(cloud: "PointCloud", path: Path) -> Iterator[Row]:
     rows = shown_points(cloud, path)
     left_out = len(cloud.positions) - len(rows)
     with_normals = int(np.isfinite(cloud.normals[rows, 0]).sum())
-    yield "kind", "scan of points, of which the surface through them is drawn"
+    yield "kind", cloud.splats or "scan of points, of which the surface through them is drawn"
     yield "bytes", str(path.stat().st_size)
     yield (
         "points",

@@ -30,6 +30,7 @@ OTHER_MESH_SUFFIXES = (
     ".x",
     ".x3d",
 )
+OTHER_POINT_SUFFIXES = (".asc", ".e57", ".ksplat", ".pcd", ".pts", ".ptx", ".sog", ".splat", ".spz", ".xyz")
 BAKED_SUFFIX, COOKED_SUFFIX = ".dpci.exr", ".dpci.npz"
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".tga", ".gif", ".ppm", ".dds")
 SKY_SUFFIXES = (".hdr", ".exr", *IMAGE_SUFFIXES)
@@ -61,6 +62,7 @@ def check_suffix(path: Path) -> None:
         if known := content(path):
             raise InputError(f"{path}: {known[0]}, no mesh; {known[1]}")
         hint = "; save it as .glb, for example in Blender" if suffix in OTHER_MESH_SUFFIXES else ""
+        hint = "; save its points as .ply" if suffix in OTHER_POINT_SUFFIXES else hint
         raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)}){hint}")
 
 
@@ -83,7 +85,7 @@ def is_mesh_file(path: Path) -> bool:
 
     Raises InputError for mesh formats that cannot be read, so that such a file is not taken for a scene.
     """
-    if path.suffix.lower() in OTHER_MESH_SUFFIXES:
+    if path.suffix.lower() in (*OTHER_MESH_SUFFIXES, *OTHER_POINT_SUFFIXES):
         check_suffix(path)
     return path.suffix.lower() in MESH_SUFFIXES
 

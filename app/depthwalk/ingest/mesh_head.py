@@ -13,7 +13,7 @@ from depthwalk.ingest.formats import INTERCHANGE_SUFFIXES
 from depthwalk.ingest.gltf_geometry import is_other_geometry
 from depthwalk.ingest.gltf_normal_maps import normal_map_counts
 from depthwalk.ingest.mtl import MtlMaterial, material_libraries, read_materials
-from depthwalk.ingest.ply import with_usual_colours
+from depthwalk.ingest.ply import holds_splats, with_usual_colours
 from depthwalk.ingest.sources import Sources, arguments, find_all, text, texture_name
 
 _WITH_MATERIALS = (".obj", ".gltf", ".glb", *INTERCHANGE_SUFFIXES)
@@ -43,6 +43,8 @@ class MeshHead:
     has_diffuse_colours
         Whether it is a PLY file that names its colours as MeshLab and older scanners did, which earlier versions
         ignored.
+    has_splats
+        Whether it is a PLY file of Gaussian splats, of which earlier versions read the places of all, without colours.
     has_normal_maps
         Whether materials have normal maps that are read, or height maps.
     has_roughness_maps
@@ -61,6 +63,7 @@ class MeshHead:
     has_glow: bool = False
     has_other_geometry: bool = False
     has_diffuse_colours: bool = False
+    has_splats: bool = False
     has_normal_maps: bool = False
     has_roughness_maps: bool = False
     has_ktx2: bool = False
@@ -204,4 +207,5 @@ def _ply_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
         files=(path, *find_all(names, [path.parent], sources)),
         is_textured=bool(names),
         has_diffuse_colours=with_usual_colours(header) is not header,
+        has_splats=holds_splats(header),
     )

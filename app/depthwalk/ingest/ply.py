@@ -6,16 +6,32 @@ The names of properties in a PLY file are a convention (Turk 1994, "The PLY Poly
 
 import re
 from itertools import pairwise
+from pathlib import Path
+
+from depthwalk.errors import InputError
 
 _FACES = re.compile(rb"^element[ \t]+(?:face|tristrips)[ \t]+0*[1-9]", re.MULTILINE)
 _ELEMENT = re.compile(rb"^element[ \t]", re.MULTILINE)
 _USUAL = re.compile(rb"^property[ \t]+\w+[ \t]+(?:red|green|blue)[ \t\r]*$", re.MULTILINE)
+_SPLATS = re.compile(rb"^property[ \t]+float(?:32)?[ \t]+f_dc_2[ \t\r]*$", re.MULTILINE)
+_PACKED_SPLATS = re.compile(rb"^property[ \t]+uint(?:32)?[ \t]+packed_position[ \t\r]*$", re.MULTILINE)
 _DIFFUSE = re.compile(rb"^(property[ \t]+\w+[ \t]+)diffuse_(red|green|blue)(?=[ \t\r]*$)", re.MULTILINE)
 
 
 def has_faces(header: bytes) -> bool:
     """Return whether the `header` of a PLY file, up to `end_header`, announces faces, or else only points."""
     return _FACES.search(header) is not None
+
+
+def holds_splats(header: bytes) -> bool:
+    """Return whether the `header` of a PLY file, up to `end_header`, announces plain Gaussian splats."""
+    return not has_faces(header) and _SPLATS.search(header) is not None
+
+
+def check_packing(header: bytes, path: Path) -> None:
+    """Raise InputError if the `header` of the PLY file `path` announces splats as SuperSplat compresses them."""
+    if _PACKED_SPLATS.search(header):
+        raise InputError(f"{path}: Gaussian splats that are compressed; save them as an uncompressed PLY file")
 
 
 def with_usual_colours(header: bytes) -> bytes:

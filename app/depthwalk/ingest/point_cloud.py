@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
 from depthwalk.geometry.triangles import row_ids
 from depthwalk.ingest.formats import LAS_SUFFIXES
-from depthwalk.ingest.materials import plain_material
+from depthwalk.ingest.materials import plain_material, without_light
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count
 from depthwalk.types import Rows
 
@@ -20,6 +20,7 @@ log = logging.getLogger(__name__)
 
 _POINT_BYTES = 2000  # peak memory of `point_surface` for each point, measured with 300,000 and a million
 _TOLD = 0.02  # of all points: if more are on no surface, it is told; a few are stray
+_SH_0 = 0.28209479177387814  # the spherical harmonic of degree 0, 1 / (2 √π)
 _TRIANGLES = 2  # for each point of a closed surface (Euler)
 
 
@@ -34,11 +35,14 @@ class PointCloud(NamedTuple):
         Unit normals; a whole row is NaN where there is none.
     colours : (n, 3) uint8 or None
         sRGB; None without colours.
+    splats : str
+        What is drawn of a file of Gaussian splats, as messages say it; "" for any other file.
     """
 
     positions: NDArray[np.float64]
     normals: NDArray[np.float64]
     colours: NDArray[np.uint8] | None
+    splats: str = ""
 
 
 def joined_clouds(clouds: Sequence[PointCloud]) -> PointCloud:
@@ -51,6 +55,37 @@ def joined_clouds(clouds: Sequence[PointCloud]) -> PointCloud:
         positions=np.concatenate([cloud.positions for cloud in clouds]),
         normals=np.concatenate([cloud.normals for cloud in clouds]),
         colours=np.concatenate(colours) if any(cloud.colours is not None for cloud in clouds) else None,
+        splats=max(cloud.splats for cloud in clouds),
+    )
+
+
+def opaque_splats(cloud: PointCloud, harmonics: NDArray[Any], opacity: NDArray[Any] | None) -> PointCloud:
+    """Return the centres of the Gaussian splats (Kerbl et al. 2023) that are at least half opaque.
+
+    Those are near surfaces; the others are haze, and would pull the surface through the points apart. Guédon and
+    Lepetit (SuGaR, 2024) remove them for the same reason before they extract a mesh.
+
+    Parameters
+    ----------
+    cloud
+        The centres of all n splats; colours that it has are kept.
+    harmonics
+        (n, 3), the coefficients of degree 0 of their sRGB colour: its mean over all directions. Higher ones, for
+        highlights, are not read.
+    opacity
+        (n, 1), as training stores it, before the logistic function; None: all are opaque.
+    """
+    colours = cloud.colours
+    if colours is None:
+        srgb = 0.5 + _SH_0 * np.nan_to_num(harmonics.astype(np.float64))
+        colours = (srgb.clip(0, 1) * 255).round().astype(np.uint8)
+    kept = np.full(len(colours), True) if opacity is None else opacity[:, 0] >= 0  # where the function is 1/2
+    share = f"{np.count_nonzero(kept)} of {len(kept)}, which are at least half opaque"
+    return PointCloud(
+        positions=cloud.positions[kept],
+        normals=cloud.normals[kept],
+        colours=colours[kept],
+        splats=f"Gaussian splats, drawn as the surface through the centres of {share}",
     )
 
 
@@ -72,6 +107,8 @@ def shown_points(cloud: PointCloud, path: Path) -> Rows:
     rows = np.flatnonzero(np.isfinite(cloud.positions).all(axis=1))
     rows = rows[np.sort(row_ids(cloud.positions[rows])[1])] if len(rows) else rows
     if len(rows) < 3:
+        if cloud.splats:
+            raise InputError(f"{path}: {cloud.splats}: too few")
         if path.suffix.lower() in LAS_SUFFIXES:  # which holds nothing but points
             raise InputError(f"{path}: fewer than three points, through which no surface passes")
         raise InputError(f"{path}: no faces, and fewer than three points; lines alone are not drawn")
@@ -104,6 +141,8 @@ def cloud_soup(cloud: PointCloud, path: Path, *, warns: bool = True) -> Soup:
     if warns and (left_out := total - np.count_nonzero(np.isfinite(cloud.positions).all(axis=1))):
         log.warning("%s: %d of %d points have NaN or infinite coordinates; left out", path, left_out, total)
     rows = shown_points(cloud, path)
+    if warns and cloud.splats:
+        log.warning("%s: %s", path, cloud.splats)
     count = len(rows)
     check_triangle_count(_TRIANGLES * count, path)
     check_memory(path, _POINT_BYTES * count, f"a surface through {count} points")
@@ -119,6 +158,7 @@ def cloud_soup(cloud: PointCloud, path: Path, *, warns: bool = True) -> Soup:
     log.info("%s: %d triangles through %d points", path, len(faces), count)
     if warns and (hidden := count - np.count_nonzero(np.bincount(faces.ravel()))) > _TOLD * count:
         log.warning("%s: %d of %d points are on no surface, and not shown", path, hidden, count)
+    plain = plain_material(cloud.colours is not None)
     return Soup(
         positions=cloud.positions[rows],
         normals=normals,
@@ -126,5 +166,5 @@ def cloud_soup(cloud: PointCloud, path: Path, *, warns: bool = True) -> Soup:
         uv=np.full((count, 2), np.nan),
         faces=faces,
         material=np.zeros(len(faces), np.int64),
-        materials=(plain_material(cloud.colours is not None),),
+        materials=(without_light(plain) if cloud.splats else plain,),  # splats hold light, as pictures do
     )

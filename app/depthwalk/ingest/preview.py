@@ -66,7 +66,7 @@ def thinned(cloud: PointCloud, cells: int = _CELLS) -> PointCloud:
         return cloud
     kept = rows[occupied[0]]
     colours = None if cloud.colours is None else cloud.colours[kept]
-    return PointCloud(cloud.positions[kept], cloud.normals[kept], colours)
+    return cloud._replace(positions=cloud.positions[kept], normals=cloud.normals[kept], colours=colours)
 
 
 def _occupied_cells(points: Array, cells: int) -> tuple[Ints, Ints] | None:

@@ -1,4 +1,4 @@
-"""Take the points of a scan in a PLY file from what trimesh has read."""
+"""Take the points of a scan in a PLY file, or the centres of Gaussian splats, from what trimesh has read."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -9,7 +9,7 @@ from trimesh import PointCloud as TrimeshPoints
 from trimesh import Trimesh
 from trimesh.visual.color import to_rgba
 
-from depthwalk.ingest.point_cloud import PointCloud, joined_clouds
+from depthwalk.ingest.point_cloud import PointCloud, joined_clouds, opaque_splats
 from depthwalk.ingest.soup import srgb8_from_file, unit_normals
 from depthwalk.types import Array
 
@@ -40,7 +40,9 @@ def _cloud(points: TrimeshPoints, matrix: Array) -> PointCloud:
         placed = positions @ linear.T + matrix[:3, 3]
     colours = np.asarray(points.colors)
     has_colours = colours.shape == (len(points.vertices), 4)
-    return PointCloud(placed, normals, srgb_colours(colours, linear=False) if has_colours else None)
+    cloud = PointCloud(placed, normals, srgb_colours(colours, linear=False) if has_colours else None)
+    harmonics = ply_columns(points, "f_dc_0", "f_dc_1", "f_dc_2")
+    return cloud if harmonics is None else opaque_splats(cloud, harmonics, ply_columns(points, "opacity"))
 
 
 def srgb_colours(values: NDArray[Any], *, linear: bool) -> NDArray[np.uint8]:

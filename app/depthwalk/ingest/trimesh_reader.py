@@ -28,7 +28,7 @@ from depthwalk.ingest.gltf_expressed import expressed
 from depthwalk.ingest.image import TextureDecoder, check_picture
 from depthwalk.ingest.materials import convert_material, plain_material, without_light
 from depthwalk.ingest.mesh import Material
-from depthwalk.ingest.ply import with_usual_colours
+from depthwalk.ingest.ply import check_packing, with_usual_colours
 from depthwalk.ingest.point_cloud import PointCloud
 from depthwalk.ingest.soup import (
     Soup,
@@ -120,6 +120,7 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
         data = _checked_stl(data, path)
     elif suffix == ".ply":
         head = data[: data.find(b"end_header")]
+        check_packing(head, path)
         if (
             readable := with_usual_colours(as_utf8(head))
         ) is not head:  # only if needed: a copy takes as much memory as the file
