@@ -53,8 +53,9 @@ that it names. `scenes/scene.schema.json` provides completion in editors. Unknow
 a number is expected and a key such as `sky:` with nothing behind it: `sky: {{}}` takes the defaults.
 
 Paths are relative to the scene file and may not leave its folder; files are also looked up in each `--asset-root` and
-among the program's own assets. Lengths are in metres, angles in degrees, colours in sRGB: `"#rrggbb"` or `[r, g, b]`
-from 0 to 1. [Conventions](conventions.md) defines the world frame, its up axis and the directions of rotation.
+among the program's own assets. Lengths are in metres, angles in degrees, colours in sRGB: `"#rrggbb"`, `"#rgb"`, a
+name of CSS such as `teal`, or `[r, g, b]` from 0 to 1. [Conventions](conventions.md) defines the world frame, its up
+axis and the directions of rotation.
 
 An asset is scaled to its `height`. An object's `position` is where it stands: the centre of the base of its bounding
 box. `up: z` turns z-up files upright; x stays x.
@@ -308,7 +309,7 @@ def _kind(field: Schema, models: dict[str, Schema]) -> str:
         case "object":
             return f"by name: {_kind(field['additionalProperties'], models)}"
         case "string":
-            return "path" if field.get("format") == "path" else '`"#rrggbb"`' if "pattern" in field else "text"
+            return "path" if field.get("format") == "path" else '`"#rrggbb"`, name' if "pattern" in field else "text"
         case "boolean":
             return "`true`, `false`"
         case kind:

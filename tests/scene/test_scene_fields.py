@@ -12,6 +12,9 @@ from depthwalk.scene.fields import Colour, FileParams, ScaleRange, Vector, Versi
     ("kind", "written", "read"),
     [
         (Colour, "#ff0080", (1.0, 0.0, 128 / 255)),
+        (Colour, "#F08", (1.0, 0.0, 136 / 255)),
+        (Colour, "Teal", (0.0, 128 / 255, 128 / 255)),
+        (Colour, "rebeccapurple", (102 / 255, 51 / 255, 153 / 255)),
         (Colour, [0, 0.5, 1], (0, 0.5, 1)),
         (ScaleRange, 2, (2, 2)),
         (ScaleRange, [1, 3], (1, 3)),
@@ -26,6 +29,11 @@ def test_what_is_read(kind: Any, written: Any, read: tuple[float, ...]) -> None:
     ("kind", "written", "message"),
     [
         (Colour, "ff0080", 'must be "#rrggbb"'),
+        (Colour, "#ff008", 'must be "#rrggbb"'),
+        (Colour, "#ff0080ff", 'must be "#rrggbb"'),  # which would be translucent in CSS
+        (Colour, "rgb(1, 2, 3)", 'must be "#rrggbb"'),
+        (Colour, "#fff\n", 'must be "#rrggbb"'),
+        (Colour, "Cyon", "must be \"#rrggbb\" .* a name of CSS such as teal, .*; did you mean 'cyan'?"),
         (Colour, [0, 1], 'must be "#rrggbb"'),
         (Colour, [0, 0, 2], "less than or equal to 1"),
         (ScaleRange, [3, 1], "low not above high"),

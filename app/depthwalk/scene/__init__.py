@@ -2,5 +2,5 @@
 
 The entry point is `loader.load_scene`. `schema`, `environment` and the settings modules (`render_settings`,
 `object_settings`, `effect_settings`) declare what a file may hold; `scene` and `arrays` define the result. Importing
-this package needs no OpenGL, trimesh, Pillow or SciPy.
+this package needs no OpenGL, trimesh or SciPy, and Pillow only for colours that are given by name.
 """

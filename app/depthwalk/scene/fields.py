@@ -10,10 +10,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Strict, WithJsonSchema
 
+from depthwalk.errors import suggest
 from depthwalk.limits import MAX_COORDINATE, MAX_DPCI_LAYERS, MAX_DPCI_PARTS, MAX_INSTANCES
 from depthwalk.params import Params, shown
 
 MIN_SCALE, MAX_SCALE = 1e-4, 1e4
+_COLOUR_TEXT = "^(#([0-9a-fA-F]{3}){1,2}|[a-zA-Z]+)$"  # `colour_of_text` knows the names
 KIND = "\x1f"  # first character of a union branch's tag, which occurs only in pydantic's locations: no key may hold it
 
 
@@ -58,11 +60,38 @@ def one_of_keys(*keys: str, first: str = "") -> Discriminator:
     return Discriminator(present, custom_error_type="no_kind", custom_error_message=message)
 
 
+def colour_of_text(text: str) -> tuple[float, float, float] | None:
+    """Return the sRGB colour, 0 to 1, of `#rrggbb`, `#rgb` or a name of CSS such as `teal`; None for any other text."""
+    if not re.fullmatch(_COLOUR_TEXT, text):
+        return None
+    digits = text[1:]
+    if text[0] != "#":
+        from PIL import ImageColor  # here: few files name colours, and most are read without Pillow
+
+        if text.lower() not in ImageColor.colormap:
+            return None
+        digits = bytes(ImageColor.getrgb(text)).hex()
+    elif len(digits) == 3:
+        digits = "".join(2 * digit for digit in digits)
+    red, green, blue = (level / 255 for level in bytes.fromhex(digits))
+    return red, green, blue
+
+
+def _suggest_colour(text: str) -> str:
+    """Return the end of an error message that suggests a colour's name for a misspelt one, as `suggest` does."""
+    from PIL import ImageColor
+
+    return suggest(text.lower(), ImageColor.colormap)
+
+
 def _colour(value: Any) -> Any:
-    if isinstance(value, str) and re.fullmatch(r"#[0-9a-fA-F]{6}", value):
-        return tuple(int(value[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    if isinstance(value, str) and (colour := colour_of_text(value)):
+        return colour
     if not isinstance(value, list | tuple) or len(value) != 3:
-        raise ValueError('must be "#rrggbb" (in quotes) or [r, g, b] from 0 to 1')
+        meant = _suggest_colour(value) if isinstance(value, str) else ""
+        raise ValueError(
+            'must be "#rrggbb" or "#rgb" (in quotes), a name of CSS such as teal, or [r, g, b] from 0 to 1' + meant
+        )
     return value
 
 
@@ -139,7 +168,7 @@ Colour = Annotated[
     WithJsonSchema(
         {
             "anyOf": [
-                {"type": "string", "pattern": "^#[0-9a-fA-F]{6}$"},
+                {"type": "string", "pattern": _COLOUR_TEXT},
                 {
                     "type": "array",
                     "items": {"type": "number", "minimum": 0, "maximum": 1},

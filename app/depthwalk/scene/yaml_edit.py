@@ -11,6 +11,7 @@ from typing import Any
 
 from depthwalk.errors import InputError
 from depthwalk.scene.document import label
+from depthwalk.scene.fields import colour_of_text
 from depthwalk.scene.yaml_nodes import located
 from depthwalk.scene.yaml_pieces import Piece, compose_pieces
 from depthwalk.scene.yaml_text import block_lines, double_quoted, float32_value, flow_text
@@ -203,9 +204,7 @@ class _Editor:
 
 def _colour_parts(value: str) -> Sequence[float]:
     """Return the numbers of a colour such as `"#rrggbb"`, 0 to 1; none for other text."""
-    if not re.fullmatch("#[0-9a-fA-F]{6}", value):
-        return ()
-    return [float32_value(int(value[start : start + 2], 16) / 255) for start in (1, 3, 5)]
+    return [float32_value(part) for part in colour_of_text(value) or ()]
 
 
 def _is_number(text: str, value: Any) -> bool:
