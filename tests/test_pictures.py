@@ -10,7 +10,7 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from depthwalk.pictures import LinearImage, jpeg_bytes, png_bytes, write_exr
+from depthwalk.pictures import LinearImage, jpeg_bytes, png_bytes, webp_bytes, write_exr
 
 RNG = np.random.default_rng(1)
 
@@ -31,6 +31,14 @@ def test_jpeg_is_nearly_the_picture() -> None:
     pixels = np.stack([8 * y, 5 * x, 100 + 0 * x], -1).astype(np.uint8)
     found = np.asarray(Image.open(io.BytesIO(jpeg_bytes(pixels)))).astype(int)
     assert np.abs(found - pixels).max() <= 8 and np.abs(found - pixels).mean() < 2
+
+
+def test_webp_is_nearly_the_picture_and_keeps_alpha() -> None:
+    y, x = np.mgrid[:32, :48]
+    pixels = np.stack([8 * y, 5 * x, 100 + 0 * x, np.where(x < 24, 255, 40)], -1).astype(np.uint8)
+    found = np.asarray(Image.open(io.BytesIO(webp_bytes(pixels)))).astype(int)
+    assert np.abs(found - pixels)[..., :3].mean() < 3
+    np.testing.assert_array_equal(found[..., 3], pixels[..., 3])
 
 
 def test_exr_keeps_light_and_distance(tmp_path: Path) -> None:

@@ -9,7 +9,9 @@ from pathlib import Path
 import imageio_ffmpeg
 import numpy as np
 import pytest
+from PIL import Image
 
+from depthwalk.types import Picture
 from depthwalk.video import video
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="fake encoders are shell scripts")
@@ -102,3 +104,43 @@ def test_odd_sides_are_scaled_to_even_ones_with_a_warning(film: Path, caplog: py
     with video(film, (63, 47), 25) as encoder:
         encoder.send(FRAME[:47, :63])
     assert "scaled to 64,48" in caplog.text and film.read_bytes()[4:8] == b"ftyp"
+
+
+def discs(alpha: bool) -> list[Picture]:
+    """Return five pictures (33, 47) of a bright disc that goes to the right before a gradient, or before nothing."""
+    y, x = np.mgrid[:33, :47]
+    pictures = []
+    for frame in range(5):
+        picture = np.stack([4 * y, 5 * x, 100 + 0 * x, 0 * x if alpha else 255 + 0 * x], -1)
+        picture[(y - 16) ** 2 + (x - 8 - 8 * frame) ** 2 < 36] = (250, 240, 200, 255)
+        pictures.append(picture.astype(np.uint8)[..., : 4 if alpha else 3])
+    return pictures
+
+
+@pytest.mark.parametrize("alpha", [False, True])
+@pytest.mark.parametrize("name", ["a.gif", "a.WEBP"])
+def test_animations_show_each_frame_for_its_time_and_repeat(tmp_path: Path, name: str, alpha: bool) -> None:
+    pictures = discs(alpha)
+    with video(tmp_path / name, (47, 33), 25, transparent=alpha) as film:
+        for picture in pictures:
+            film.send(picture)
+    with Image.open(tmp_path / name) as shown:
+        assert (shown.size, getattr(shown, "n_frames", 1), shown.info["loop"]) == ((47, 33), 5, 0)
+        for number, picture in enumerate(pictures):
+            shown.seek(number)
+            found = np.asarray(shown.convert("RGBA" if alpha else "RGB"), int)
+            assert shown.info["duration"] == 40
+            seen = picture[..., 3] == 255 if alpha else np.ones((33, 47), bool)
+            assert np.abs(found - picture)[seen].mean() < 4
+            if alpha:  # nothing of earlier frames is left
+                np.testing.assert_array_equal(found[..., 3], picture[..., 3])
+
+
+def test_a_gif_has_at_most_50_frames_a_second(tmp_path: Path) -> None:
+    """Browsers show frames of less than two hundredths of a second for a tenth."""
+    with video(tmp_path / "a.gif", (47, 33), 100) as film:
+        for _ in range(4):
+            for picture in discs(False):
+                film.send(picture)
+    with Image.open(tmp_path / "a.gif") as shown:
+        assert getattr(shown, "n_frames", 1) == 10 and shown.info["duration"] == 20

@@ -1,4 +1,4 @@
-"""Write pictures to files: PNG and JPEG for screens, OpenEXR for linear light and depth.
+"""Write pictures to files: PNG, JPEG and WebP for screens, OpenEXR for linear light and depth.
 
 OpenEXR and Pillow are imported when a picture is written, since most commands write none and should start fast.
 """
@@ -22,12 +22,13 @@ if TYPE_CHECKING:
     import OpenEXR
 
 _JPEG_QUALITY = 95  # per cent
+_WEBP_QUALITY = 95  # per cent
 _PNG_EFFORT = 4  # zlib's level, 0 to 9
 _KEY = "depthwalk.key"  # the name of a picture's key: of a PNG text, an EXR attribute, and in a JPEG comment
 _STORED_KEY = re.compile(rb"depthwalk\.key\0(?:string\0@\0\0\0)?([0-9a-f]{64})")
 
 KEY_BYTES = 4096
-"""Bytes at the beginning of a picture's file that contain its key, which all formats store in their headers."""
+"""Bytes at the beginning of a picture's file that contain its key, which PNG, JPEG and EXR store in their headers."""
 
 
 @dataclass(frozen=True)
@@ -135,6 +136,11 @@ def jpeg_bytes(pixels: Picture, key: str = "") -> bytes:
     """Return the bytes of a JPEG file of `pixels`, (H, W, 3) uint8 sRGB, row 0 at the top; `key` as in `png_bytes`."""
     comment = {"comment": f"{_KEY}\0{key}".encode()} if key else {}
     return _encoded(pixels, "JPEG", quality=_JPEG_QUALITY, subsampling="4:4:4", **comment)
+
+
+def webp_bytes(pixels: Picture) -> bytes:
+    """Return the bytes of a WebP file of `pixels`, (H, W, 3) or (H, W, 4) uint8 sRGB, row 0 at the top."""
+    return _encoded(pixels, "WEBP", quality=_WEBP_QUALITY)
 
 
 def stored_key(head: bytes) -> str:

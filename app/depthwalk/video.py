@@ -1,7 +1,8 @@
-"""Encode videos: frames are piped to ffmpeg, a separate program, which writes an MP4 file beside its final path.
+"""Encode videos: frames are piped to ffmpeg, a separate program, which writes an MP4, GIF or WebP file.
 
-Callers use `video`. It provides a `VideoEncoder` to send frames to, and moves the finished file to its final path if
-everything has succeeded. ffmpeg comes with the package imageio-ffmpeg.
+Callers use `video`. It provides a `VideoEncoder` to send frames to, which writes beside the final path, and moves the
+finished file there if everything has succeeded. No format waits for the last frame, so that memory is bounded. ffmpeg
+comes with the package imageio-ffmpeg.
 """
 
 import errno
@@ -26,6 +27,11 @@ log = logging.getLogger(__name__)
 
 _PATIENCE = 5  # seconds to wait for the last messages of an encoder that has ended
 _CRF = 18  # x264's quality; visually lossless
+_WEBP_QUALITY = 90  # per cent
+_GIF_FPS = 50  # delays of GIF are hundredths of a second, and browsers show one as ten
+# A palette for each frame: one for all would be known only at the end.
+_GIF_PALETTES = "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1:dither=sierra2_4a"
+_FOR_EVER = ("-loop", "0")
 
 
 def _ratio(fps: float) -> Fraction:
@@ -40,13 +46,27 @@ def _own_group() -> dict[str, Any]:
     return {"process_group": 0}
 
 
+def _encoding(suffix: str, size: tuple[int, int], fps: float, transparent: bool) -> list[str]:
+    """Return the options of ffmpeg for the format with a `suffix`, and for frames of a `size` in the file."""
+    if suffix == ".gif":
+        rate = f"fps={_GIF_FPS}," if fps > _GIF_FPS else ""
+        return ["-filter_complex", rate + _GIF_PALETTES, *_FOR_EVER]
+    if suffix == ".webp":
+        # The first writes only what differs, with faint traces of earlier frames; the second blends frames over others.
+        codec = "libwebp_anim" if transparent else "libwebp"
+        return ["-c:v", codec, "-quality", str(_WEBP_QUALITY), *_FOR_EVER]
+    return ["-vf", f"scale={size[0]}:{size[1]}", "-c:v", "h264", "-pix_fmt", "yuv420p", "-crf", str(_CRF)]
+
+
 class VideoEncoder:
-    """Run an encoder that turns frames into an MP4 file (H.264).
+    """Run an encoder that turns frames into an MP4 file (H.264), a GIF or a WebP file, as the ending of its name says.
 
     `video` makes one and reports its failures.
     """
 
-    def __init__(self, path: Path, size: tuple[int, int], fps: float, scaled: tuple[int, int]) -> None:
+    def __init__(
+        self, path: Path, size: tuple[int, int], fps: float, scaled: tuple[int, int], transparent: bool
+    ) -> None:
         """Start the encoder.
 
         Parameters
@@ -58,12 +78,15 @@ class VideoEncoder:
         fps
             Frames per second.
         scaled
-            (width, height) of the frames in the file, pixels, both even.
+            (width, height) of the frames in the file, pixels, in MP4 both even.
+        transparent
+            Whether frames have alpha.
         """
         import imageio_ffmpeg
 
-        source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}", "-r", str(_ratio(fps))]
-        picture = ["-vf", f"scale={scaled[0]}:{scaled[1]}", "-c:v", "h264", "-pix_fmt", "yuv420p", "-crf", str(_CRF)]
+        pixels = "rgba" if transparent else "rgb24"
+        source = ["-f", "rawvideo", "-pix_fmt", pixels, "-s", f"{size[0]}x{size[1]}", "-r", str(_ratio(fps))]
+        picture = _encoding(path.suffix.lower(), scaled, fps, transparent)
         program = [imageio_ffmpeg.get_ffmpeg_exe(), "-nostdin", "-y", "-v", "warning"]
         # Ctrl-C in a terminal reaches this program only, which then ends the encoder.
         self._process = subprocess.Popen(
@@ -78,7 +101,10 @@ class VideoEncoder:
         self._listener.start()
 
     def send(self, frame: Picture) -> None:
-        """Send the next `frame`, (H, W, 3) uint8 sRGB, row 0 at the top. Raises OSError if the encoder has ended."""
+        """Send the next `frame`, (H, W, 3 or 4) uint8 sRGB, row 0 at the top.
+
+        Raises OSError if the encoder has ended.
+        """
         assert self._process.stdin is not None
         self._process.stdin.write(np.ascontiguousarray(frame).data)
 
@@ -126,30 +152,33 @@ class VideoEncoder:
 
 
 @contextmanager
-def video(path: Path, size: tuple[int, int], fps: float) -> Iterator[VideoEncoder]:
-    """Provide an encoder that writes an MP4 (H.264) file at `path`, which is complete when the `with` block ends.
+def video(path: Path, size: tuple[int, int], fps: float, *, transparent: bool = False) -> Iterator[VideoEncoder]:
+    """Provide an encoder that writes a video at `path`, which is complete when the `with` block ends.
 
     Parameters
     ----------
     path
-        The file to write or replace.
+        The file to write or replace: .mp4 (H.264), or .gif or .webp, which repeat for ever.
     size
-        (width, height) of the frames, pixels. An odd side is scaled to the next even one, as the format demands, with a
-        warning.
+        (width, height) of the frames, pixels. An odd side is scaled to the next even one in MP4, as the format demands,
+        with a warning.
     fps
-        Frames per second.
+        Frames per second; of a GIF, at most 50 are kept.
+    transparent
+        Whether frames have alpha, which MP4 files do not keep, and GIF files as 0 or 1.
 
     Yields
     ------
     VideoEncoder
-        Takes frames (H, W, 3) uint8, sRGB, through `send`.
+        Takes frames (H, W, 3), or (H, W, 4) with alpha, uint8, sRGB, through `send`.
 
     Raises
     ------
     OSError
         If the encoder fails or is killed, with the last line that it printed; `path` is then unchanged.
     """
-    width, height = (side + side % 2 for side in size)
+    even = path.suffix.lower() not in (".gif", ".webp")
+    width, height = (side + side % 2 * even for side in size)
     if (width, height) != size:
         log.warning("%s: the sides of a video are even; scaled to %d,%d", path, width, height)
     import imageio_ffmpeg
@@ -157,7 +186,7 @@ def video(path: Path, size: tuple[int, int], fps: float) -> Iterator[VideoEncode
     # Find the encoder, and remember it, before a file appears: Ctrl-C during the search may be swallowed by it.
     imageio_ffmpeg.get_ffmpeg_exe()
     with replacing(path) as temporary:
-        encoder = VideoEncoder(temporary, size, fps, (width, height))
+        encoder = VideoEncoder(temporary, size, fps, (width, height), transparent)
         try:
             try:
                 yield encoder

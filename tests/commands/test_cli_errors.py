@@ -75,22 +75,39 @@ RENDER = {
     ),
     "folder": (["-o", "{d}/sub.png"], "{d}/sub.png: is a folder"),
     "suffix": (
-        ["-o", "{d}/a.gif"],
-        "{d}/a.gif: must end in .png, .jpg, .jpeg, .exr, .mp4, or be - for a PNG on standard output",
+        ["-o", "{d}/a.tif"],
+        "{d}/a.tif: must end in .png, .jpg, .jpeg, .webp, .exr, .mp4, .gif, or be - for a PNG on standard output",
     ),
     "no name": (["-o", ""], "-o: must not be empty; name a file, or - for a PNG on standard output"),
     "clear jpeg": (
         ["-o", "{d}/a.JPG", "--no-background"],
-        "{d}/a.JPG: --no-background: a JPEG has no alpha; write .png or .exr",
+        "{d}/a.JPG: --no-background: a JPEG has no alpha; write .png, .webp or .exr",
     ),
     "braces": (
         ["-o", "{d}/a{{number}}.png"],
         "{d}/a{{number}}.png: {{number}} is unknown; {{frame}} and {{frame:4}} stand for the frame's number",
     ),
     "still video": (["-o", "{d}/a.mp4"], "{d}/a.mp4: a video needs --path or --turntable"),
+    "still gif": (["-o", "{d}/a.gif"], "{d}/a.gif: a GIF needs --path or --turntable"),
+    "gifs": (
+        ["-o", "{d}/a{{frame}}.gif", "--path", "{d}/walk.yaml"],
+        "{d}/a{{frame}}.gif: a GIF is a single file; leave {{frame}} out of its name",
+    ),
+    "webp to a store": (
+        ["-o", "memory://a.webp", "--path", "{d}/walk.yaml"],
+        "memory://a.webp: a WebP animation can only be written to this machine; a URL is for pictures",
+    ),
+    "large webp": (
+        ["-o", "{d}/a.webp", "--resolution", "16384x1"],
+        "{d}/a.webp: the sides of a WebP file have at most 16383 pixels",
+    ),
+    "resumed webp": (
+        ["-o", "{d}/a{{frame}}.webp", "--path", "{d}/walk.yaml", "--resume"],
+        "{d}/a{{frame}}.webp: --resume and --cluster cannot tell which WebP files are whole; write .png",
+    ),
     "clear video": (
         ["-o", "{d}/a.mp4", "--path", "{d}/walk.yaml", "--no-background"],
-        "{d}/a.mp4: --no-background: a video has no alpha; write .png or .exr",
+        "{d}/a.mp4: --no-background: a video has no alpha; write .png, .webp or .exr",
     ),
     "one name for three frames": (
         ["-o", "{d}/a.png", "--path", "{d}/walk.yaml"],

@@ -293,6 +293,31 @@ def test_mp4_holds_the_paths_frames(run: Callable[..., Any], tiny_scene: Path, t
 
 
 @pytest.mark.gl
+@pytest.mark.parametrize("name", ["a.webp", "a.gif"])
+def test_animations_hold_the_paths_frames(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, name: str) -> None:
+    out = tmp_path / name
+    walk = tiny_scene.with_name("walk.yaml")
+    result = run("render", tiny_scene, "-o", out, "--path", walk, "--no-background", *SMALL)
+    assert (result.exit_code, result.stdout, result.stderr) == (0, f"{out}\n", "")
+    with Image.open(out) as shown:
+        assert (shown.size, getattr(shown, "n_frames", 1)) == ((96, 64), 3)
+        alpha = np.asarray(shown.convert("RGBA"))[..., 3]
+    assert alpha[0, 0] == 0 and alpha[32, 48] == 255
+    assert listing(tmp_path) == [name, "scene"]
+
+
+@pytest.mark.gl
+def test_a_webp_file_of_one_frame_is_a_picture(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
+    walk = ("--path", tiny_scene.with_name("walk.yaml"))
+    for name, options in ("a.webp", ()), ("b.webp", (*walk, "--frames", "1")), ("c{frame}.webp", walk):
+        assert run("render", tiny_scene, "-o", tmp_path / name, *options, *SMALL).exit_code == 0
+    assert listing(tmp_path) == ["a.webp", "b.webp", "c0.webp", "c1.webp", "c2.webp", "scene"]
+    for file in tmp_path.glob("*.webp"):
+        with Image.open(file) as shown:
+            assert (shown.format, shown.mode, shown.size, getattr(shown, "n_frames", 1)) == ("WEBP", "RGB", (96, 64), 1)
+
+
+@pytest.mark.gl
 def test_an_existing_file_is_replaced(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     (tmp_path / "a.png").write_bytes(b"old")
     run("render", tiny_scene, "-o", tmp_path / "a.png", *SMALL)

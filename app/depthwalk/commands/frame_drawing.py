@@ -187,7 +187,8 @@ def draw_frames(
         If the GPU fails repeatedly.
     """
     size = headless.size
-    with frame_progress("rendering", len(cameras)) as advance, _writer(output, size, fps, keys, first) as write_frame:
+    writer = _film_writer(output, size, fps) if output.is_film(len(cameras)) else _still_writer(output, keys, first)
+    with frame_progress("rendering", len(cameras)) as advance, writer as write_frame:
         for number, camera in enumerate(cameras):
             if not (resume and has_frame(output, first + number, keys[number])):
                 write_frame(draw_frame(headless, View(camera, size), output, first + number), number)
@@ -215,13 +216,16 @@ def draw_frame(headless: HeadlessRenderer, view: View, output: Output, frame: in
 
 
 @contextmanager
-def _writer(output: Output, size: tuple[int, int], fps: float, keys: Sequence[str], first: int) -> Iterator[WriteFrame]:
-    """Yield a function that stores the frames, to be called for each in order, with its index."""
-    if output.suffix == ".mp4":
-        with video(output.file(0), size, fps) as encoder:
-            yield lambda picture, number: encoder.send(picture)
-        print(output.file(0))
-        return
+def _film_writer(output: Output, size: tuple[int, int], fps: float) -> Iterator[WriteFrame]:
+    """Yield a function that adds the frames to a video, to be called for each in order, with its index."""
+    with video(output.file(0), size, fps, transparent=output.transparent) as encoder:
+        yield lambda picture, number: encoder.send(picture)
+    print(output.file(0))
+
+
+@contextmanager
+def _still_writer(output: Output, keys: Sequence[str], first: int) -> Iterator[WriteFrame]:
+    """Yield a function that writes a picture for each frame, to be called with the index of the frame."""
 
     def write_frame(picture: Any, number: int) -> None:
         write_still(picture, output, first + number, keys[number] if keys else "")

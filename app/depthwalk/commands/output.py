@@ -10,11 +10,13 @@ from pathlib import Path
 from depthwalk.cluster.store import check_url, is_url, read_head, write_url
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, temporary_folder, write_bytes
-from depthwalk.pictures import KEY_BYTES, LinearImage, jpeg_bytes, png_bytes, stored_key, write_exr
+from depthwalk.pictures import KEY_BYTES, LinearImage, jpeg_bytes, png_bytes, stored_key, webp_bytes, write_exr
 from depthwalk.types import Picture
 
 JPEG = (".jpg", ".jpeg")
-SUFFIXES = (".png", *JPEG, ".exr", ".mp4")
+SUFFIXES = (".png", *JPEG, ".webp", ".exr", ".mp4", ".gif")
+_FILMS = {".mp4": "video", ".gif": "GIF"}  # a .webp file may be a picture, too
+_WEBP_SIDE = 16383  # pixels
 _FRAME = re.compile(r"\{frame(?::(\d{1,2}))?\}")
 
 
@@ -47,6 +49,10 @@ class Output:
     def is_series(self) -> bool:
         """Return whether each frame has its own file."""
         return _FRAME.search(self.name) is not None
+
+    def is_film(self, count: int) -> bool:
+        """Return whether `count` frames become one file that shows them one after the other: a video, GIF or WebP."""
+        return self.suffix in _FILMS or (self.suffix == ".webp" and count > 1 and not self.is_series)
 
     @property
     def is_remote(self) -> bool:
@@ -89,15 +95,16 @@ def check_output(output: Output, frames: Sequence[int], has_path: bool, inputs: 
     if braces := re.search(r"\{[^}]*\}", _FRAME.sub("", name)):
         raise InputError(f"{name}: {braces[0]} is unknown; {{frame}} and {{frame:4}} stand for the frame's number")
     if output.transparent and output.suffix in (*JPEG, ".mp4"):
-        kind = "video" if output.suffix == ".mp4" else "JPEG"
-        raise InputError(f"{name}: --no-background: a {kind} has no alpha; write .png or .exr")
-    if output.suffix == ".mp4":
+        kind = _FILMS.get(output.suffix, "JPEG")
+        raise InputError(f"{name}: --no-background: a {kind} has no alpha; write .png, .webp or .exr")
+    if output.is_film(len(frames)):
+        kind = _FILMS.get(output.suffix, "WebP animation")
         if not has_path:
-            raise InputError(f"{name}: a video needs --path or --turntable")
+            raise InputError(f"{name}: a {kind} needs --path or --turntable")
         if output.is_series:
-            raise InputError(f"{name}: a video is a single file; leave {{frame}} out of its name")
+            raise InputError(f"{name}: a {kind} is a single file; leave {{frame}} out of its name")
         if output.is_remote:
-            raise InputError(f"{name}: a video can only be written to this machine; a URL is for pictures")
+            raise InputError(f"{name}: a {kind} can only be written to this machine; a URL is for pictures")
     elif (count := len(frames)) > 1 and not output.is_series:
         remedy = "put {frame:4} into the name, or give --frames 1"
         raise InputError(f"{name}: {count} frames do not fit into one picture; {remedy}")
@@ -105,6 +112,14 @@ def check_output(output: Output, frames: Sequence[int], has_path: bool, inputs: 
         check_url(output.target(0))
     elif not output.to_stdout:
         _check_files(output, frames, inputs)
+
+
+def check_webp(output: Output, size: tuple[int, int], *, resumes: bool) -> None:
+    """Raise InputError if the output is a WebP file that cannot be of this size, or that lacks the key to resume by."""
+    if output.suffix == ".webp" and max(size) > _WEBP_SIDE:
+        raise InputError(f"{output.name}: the sides of a WebP file have at most {_WEBP_SIDE} pixels")
+    if output.suffix == ".webp" and output.is_series and resumes:
+        raise InputError(f"{output.name}: --resume and --cluster cannot tell which WebP files are whole; write .png")
 
 
 def _check_files(output: Output, frames: Sequence[int], inputs: Sequence[Path]) -> None:
@@ -159,7 +174,7 @@ def write_still(picture: Picture | LinearImage, output: Output, frame: int, key:
     frame
         The number of the frame.
     key
-        The key of the frame, to be stored in the file; "" for none.
+        The key of the frame, to be stored in the file, except in WebP; "" for none.
 
     Raises
     ------
@@ -169,7 +184,10 @@ def write_still(picture: Picture | LinearImage, output: Output, frame: int, key:
     if isinstance(picture, LinearImage):
         _write_linear(picture, output, frame, key)
         return
-    encoded = (jpeg_bytes if output.suffix in JPEG else png_bytes)(picture, key)
+    if output.suffix == ".webp":
+        encoded = webp_bytes(picture)
+    else:
+        encoded = (jpeg_bytes if output.suffix in JPEG else png_bytes)(picture, key)
     if output.to_stdout:
         sys.stdout.buffer.write(encoded)
     elif output.is_remote:

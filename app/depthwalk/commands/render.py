@@ -77,7 +77,8 @@ def main(
             "-o",
             "--output",
             metavar="OUT",
-            help="PNG, JPEG, EXR or MP4 file to write; {frame:4} in its name is the frame's number; - is stdout.",
+            help="PNG, JPEG, WebP, EXR, MP4 or GIF file to write; {frame:4} in its name is the frame's number; - is "
+            "stdout.",
         ),
     ],
     side_by_side: SideBySide = False,
@@ -132,7 +133,7 @@ def main(
     with without_garbage_collection():
         from depthwalk.commands.frame_drawing import draw_frames, open_headless, parse_frames, smooth
         from depthwalk.commands.frame_keys import frame_keys
-        from depthwalk.commands.output import Output, check_output
+        from depthwalk.commands.output import Output, check_output, check_webp
         from depthwalk.commands.reports import input_files
         from depthwalk.render.up_axis import stand_upright
         from depthwalk.scene.path import load_path
@@ -146,6 +147,7 @@ def main(
     if output.suffix != ".exr":  # its distances belong to the centres of pixels
         smooth(loaded, size)
     check_output(output, numbers, walk is not None or turns > 0, input_files(loaded, path))
+    check_webp(output, size, resumes=resume or where is not None)
     if resume and not output.is_series:
         raise InputError(f"{out}: --resume needs a file for each frame; put {{frame:4}} into the name")
     if where and path:
