@@ -35,6 +35,13 @@ class InputError(Exception):
         """Return the message, one line per mistake."""
         return "\n".join(self.lines)
 
+    def at(self, place: str) -> "InputError":
+        """Return this error with the `place` that led to it, in another file, before each line that lacks it.
+
+        The place "" changes nothing.
+        """
+        return InputError(*(_after(place, line) for line in self.lines)) if place else self
+
 
 class UnbakableError(InputError):
     """Report that a mesh cannot have depth images, though it can be drawn as polygons.
@@ -50,6 +57,15 @@ class UnbakableError(InputError):
         super().__init__(f"{reason}; {remedy}")
         self.reason = printable(reason)
         self.args = (reason, remedy)  # with which it is made again in another process
+
+    def at(self, place: str) -> "UnbakableError":
+        """Return this error after a `place`, as `InputError.at` does."""
+        reason, remedy = self.args
+        return UnbakableError(_after(place, reason), remedy) if place else self
+
+
+def _after(place: str, line: str) -> str:
+    return line if line.startswith(place) else f"{place}: {line}"
 
 
 def printable(text: object) -> str:

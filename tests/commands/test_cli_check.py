@@ -98,7 +98,32 @@ def test_check_reads_the_meshes(run: Callable[..., Any], tiny_scene: Path) -> No
     mesh.write_text("ply\nformat ascii 1.0\nelement vertex 0\nend_header\n")
     result = run("check", tiny_scene)
     assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr.startswith(f"{mesh}: ")
+    assert result.stderr.startswith(f"{tiny_scene}:3:9: assets.ball: {mesh}: ")
+    assert run("info", tiny_scene).stderr == result.stderr
+
+
+def test_files_are_told_with_the_first_place_that_names_them(run: Callable[..., Any], tmp_path: Path) -> None:
+    mesh, scene, other = (tmp_path / name for name in ("a.ply", "scene.yaml", "other.ply"))
+    mesh.write_bytes(b"no mesh")
+    other.write_bytes(b"none either")
+    scene.write_text('version: 1\nassets:\n  one: {mesh: a.ply}\n  two: {mesh: a.ply}\n  "3":\n    mesh: other.ply\n')
+    first, third = f"{scene}:3:8: assets.one: {mesh}: not a PLY file", f"{other}: not a PLY file\n"
+    assert run("check", scene).stderr == f"{first}\n{scene}:6:5: assets.3: {third}"
+    # What an option names is not in the file.
+    assert run("check", scene, "--set", "assets.one.mesh=other.ply").stderr.startswith(f"{other}: not a PLY file\n")
+    assert run("check", other).stderr == third
+
+
+def test_lists_of_places_and_advice_are_told_with_their_place(run: Callable[..., Any], tiny_scene: Path) -> None:
+    (tiny_scene.parent / "trees.csv").write_text("hi\n")
+    (tiny_scene.parent / "advice.json").write_text("{")
+    text = tiny_scene.read_text()
+    tiny_scene.write_text("advice: advice.json\n" + text)
+    begins = f"{tiny_scene}:1:9: advice: {tiny_scene.parent / 'advice.json'}"
+    assert run("check", tiny_scene).stderr.startswith(begins)
+    tiny_scene.write_text(text.replace("objects:\n", "objects:\n  - places: {asset: ball, file: trees.csv}\n"))
+    named = f"objects[0].places.file: {tiny_scene.parent / 'trees.csv'}:1: unknown column 'hi'"
+    assert named in run("check", tiny_scene).stderr
 
 
 @pytest.mark.gl
@@ -109,7 +134,7 @@ def test_check_reads_the_relief_of_an_asset(run: Callable[..., Any], tiny_scene:
     tiny_scene.write_text(tiny_scene.read_text().replace("layers: 1", meso))
     result = run("check", tiny_scene)
     assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr.startswith(f"{relief}: ") and result.stderr.count("\n") == 1
+    assert result.stderr.startswith(f"{tiny_scene}:3:9: assets.ball: {relief}: ") and result.stderr.count("\n") == 1
     assert run("render", tiny_scene, "-o", "-").stderr == result.stderr
 
 
@@ -122,7 +147,7 @@ def test_check_refuses_a_range_image_without_surface(run: Callable[..., Any], tm
     scene.write_text(f"version: 1\nassets:\n  a: {{depth_image: {{depth: d.png, unit: 0.001, intrinsics: {lens}}}}}\n")
     result = run("check", scene)
     defect = "the range image holds no surface: no pixel continues its neighbours"
-    assert (result.exit_code, result.stderr) == (2, f"{tmp_path / 'd.png'}: {defect}\n")
+    assert (result.exit_code, result.stderr) == (2, f"{scene}:3:6: assets.a: {tmp_path / 'd.png'}: {defect}\n")
 
 
 def test_check_bakes_nothing_and_keeps_no_mesh(

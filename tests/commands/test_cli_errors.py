@@ -255,7 +255,7 @@ def test_a_broken_mesh_is_the_users_input(run: Callable[..., Any], tiny_scene: P
     mesh.write_bytes(b"no mesh")
     result = run("render", tiny_scene, "-o", tmp_path / "a.png", "--resolution", "96,64")
     assert result.exit_code == 2
-    assert result.stderr.startswith(f"{mesh}: ") and result.stderr.count("\n") == 1
+    assert result.stderr.startswith(f"{tiny_scene}:3:9: assets.ball: {mesh}: ") and result.stderr.count("\n") == 1
     assert not (tmp_path / "a.png").exists()
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, UnbakableError
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
@@ -283,3 +283,11 @@ def test_a_missing_version_hides_no_other_mistake(tmp_path: Path) -> None:
     names = told("assets: {a: {mesh: gone.ply}}\nobjects: [{asset: b}]")
     assert names[0] == missing and [line[:16] for line in names[1:]] == ["scene.yaml:2:19:", "scene.yaml:1:20:"]
     assert told("version: 2\nassets: {a: {mesh: gone.ply, hight: 3}}") == ["scene.yaml:1:10: version: must be 1, not 2"]
+
+
+def test_a_place_comes_first_once() -> None:
+    error = InputError("a.ply: damaged", "s.yaml:3:4: assets.a: b.ply: damaged")
+    located = ("s.yaml:3:4: assets.a: a.ply: damaged", "s.yaml:3:4: assets.a: b.ply: damaged")
+    assert error.at("s.yaml:3:4: assets.a").lines == located and error.at("") is error
+    flat = UnbakableError("a.ply: is flat", "draw it").at("s.yaml:3:4: assets.a")
+    assert flat.reason == "s.yaml:3:4: assets.a: a.ply: is flat" and str(flat) == f"{flat.reason}; draw it"

@@ -23,7 +23,7 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.mesh_head import read_head
 from depthwalk.ingest.ply import has_faces
 from depthwalk.ingest.sources import Sources, hash_files
-from depthwalk.scene.scene import DepthImageAsset, MeshAsset
+from depthwalk.scene.scene import DepthImageAsset, MeshAsset, told_at
 from depthwalk.scene.schema import DpciParams, MesoParams
 
 if TYPE_CHECKING:
@@ -57,7 +57,8 @@ def read_mesh(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
     InputError
         For files that cannot be used.
     """
-    return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height, sources=sources)
+    with told_at(spec):
+        return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height, sources=sources)
 
 
 def is_large(spec: MeshAsset) -> bool:
@@ -87,7 +88,8 @@ def read_preview(spec: MeshAsset) -> Mesh | None:
     """
     if not is_large(spec):
         return None
-    return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height, coarse=True)
+    with told_at(spec):
+        return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height, coarse=True)
 
 
 def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
@@ -111,8 +113,9 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
         For files that cannot be read.
     """
     sources = sources or Sources()
-    head = read_head(spec.mesh, spec.texture, sources)
-    digest = hash_files(head.files, sources)
+    with told_at(spec):
+        head = read_head(spec.mesh, spec.texture, sources)
+        digest = hash_files(head.files, sources)
     # The marks invalidate results from before alpha was heeded, translucent parts left out, skins posed, colours by
     # other names read, splats thinned, normal maps read, unlit materials shown as they are, roughness maps read and
     # KTX 2 pictures, which are read if a library is there.
@@ -149,7 +152,8 @@ def read_translucent(spec: MeshAsset) -> Mesh | None:
     Returns the mesh, asset frame, metres; None if all of it is opaque and dark. Raises InputError like `read_mesh`.
     """
     sources = Sources()
-    head = read_head(spec.mesh, sources=sources)
+    with told_at(spec):
+        head = read_head(spec.mesh, sources=sources)
     mesh = read_mesh(spec, sources) if head.is_translucent or head.has_glow else None
     return mesh if mesh is not None and mesh.is_translucent else None
 
@@ -160,7 +164,8 @@ def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
     Also raises InputError for a mesh without height, which depth images could not show.
     """
     mesh = read_mesh(spec, sources)
-    check_height(mesh, spec.mesh)
+    with told_at(spec):
+        check_height(mesh, spec.mesh)
     return mesh
 
 

@@ -37,7 +37,7 @@ from depthwalk.files import reason
 from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_height
-from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset
+from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset, told_at
 
 log = logging.getLogger(__name__)
 
@@ -125,7 +125,8 @@ class SceneLibrary(MeshLibrary):
         It is "" if the cache stores none, or stores them without the meso-structure that they are drawn with.
         """
         if asset not in self._keys:
-            self._keys[asset] = _key_of(self._assets[asset])
+            with told_at(self._assets[asset]):
+                self._keys[asset] = _key_of(self._assets[asset])
         return self._keys[asset]
 
     def baked(self, asset: int) -> BakedModel | None:
@@ -134,13 +135,14 @@ class SceneLibrary(MeshLibrary):
         If they are neither beside the mesh nor in the cache, they are baked, and stored in the cache.
         """
         spec = self._assets[asset]
-        if isinstance(spec, DepthImageAsset):
-            return self._planar(spec) if spec.size is not None else self._range_model(asset, spec)
-        if isinstance(spec, BakedAsset):
-            if is_cooked_file(spec.baked):
-                raise InputError(f"{spec.baked}: holds cooked depth images; {_NEEDS_IMAGES}")
-            return read_baked(spec.baked)
-        return None if spec.dpci is None else self._mesh_model(asset, spec)
+        with told_at(spec):
+            if isinstance(spec, DepthImageAsset):
+                return self._planar(spec) if spec.size is not None else self._range_model(asset, spec)
+            if isinstance(spec, BakedAsset):
+                if is_cooked_file(spec.baked):
+                    raise InputError(f"{spec.baked}: holds cooked depth images; {_NEEDS_IMAGES}")
+                return read_baked(spec.baked)
+            return None if spec.dpci is None else self._mesh_model(asset, spec)
 
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
         """Return the cooked depth images of an asset, one object for each part.
@@ -212,7 +214,7 @@ class SceneLibrary(MeshLibrary):
         """
         spec = self._assets[asset]
         if isinstance(spec, BakedAsset) and is_cooked_file(spec.baked):
-            return read_cooked(spec.baked)
+            return _read_cooked(spec)
         key = self.key(asset) if self.has_baked(asset) else ""
         return (find_cooked(key, options) if key else None) or ()
 
@@ -229,7 +231,7 @@ class SceneLibrary(MeshLibrary):
             self._warned = True
             log.warning("%s: like all cooked depth images, it is drawn as it was cooked; %s", spec.baked, _NEEDS_IMAGES)
         self.report(spec.name, "depth images")
-        return read_cooked(spec.baked)
+        return _read_cooked(spec)
 
     def _baked_to_cook(self, asset: int, options: CookOptions) -> BakedModel | None:
         """Return an asset's depth images, to be cooked.
@@ -250,8 +252,8 @@ class SceneLibrary(MeshLibrary):
     def bake_missing(self, assets: Sequence[int]) -> None:
         """Bake into the cache, several at a time, the depth images of assets for which none are found.
 
-        This does nothing if the library bakes one asset at a time, or if at most one lacks its depth images: the method
-        `baked` makes these when they are requested. It also retries whatever fails here, and raises its error.
+        This does nothing if the library bakes one asset at a time, or if at most one lacks its depth images: `baked`
+        makes these when they are requested. It also retries what fails here, and raises its error.
 
         Parameters
         ----------
@@ -282,7 +284,7 @@ class SceneLibrary(MeshLibrary):
         return self._found_or_made(spec.name, spec.depth, self.key(asset), lambda: self._bake_range(asset, spec))
 
     def _planar(self, spec: DepthImageAsset) -> BakedModel:
-        """Return a planar depth image without caching it: reading it is as fast as reading a file of the cache."""
+        """Return a planar depth image without caching it: reading it is as fast as from the cache."""
         from depthwalk.bake.planar import bake_planar
 
         return BakedModel(parts=(bake_planar(read_relief(spec), key="", cut=spec.method == "cut"),))
@@ -335,6 +337,12 @@ class SceneLibrary(MeshLibrary):
         """Remember `key` as that of the asset's depth images, which are being baked, if it has one."""
         if self.key(asset):
             self._keys[asset] = key
+
+
+def _read_cooked(spec: BakedAsset) -> tuple[CookedObject, ...]:
+    """Return cooked depth images."""
+    with told_at(spec):
+        return read_cooked(spec.baked)
 
 
 def _key_of(spec: Asset) -> str:

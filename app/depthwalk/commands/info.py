@@ -183,20 +183,21 @@ def _made_of(asset: "Asset") -> tuple[int, str]:
     from depthwalk.ingest.loader import mesh_of
     from depthwalk.ingest.point_cloud import PointCloud, shown_points
     from depthwalk.ingest.reader import read_geometry
-    from depthwalk.scene.scene import BakedAsset, DepthImageAsset, MeshAsset
+    from depthwalk.scene.scene import BakedAsset, DepthImageAsset, MeshAsset, told_at
 
-    match asset:
-        case DepthImageAsset():
-            return 0, "triangle"
-        case BakedAsset() if is_cooked_file(asset.baked):
-            return read_cooked(asset.baked)[0].outline.mesh_triangles or 0, "triangle"
-        case BakedAsset():
-            return inspect_header(asset.baked)[1][0].mesh_triangles or 0, "triangle"
-        case MeshAsset():
-            geometry = read_geometry(asset.mesh)
-            if isinstance(geometry, PointCloud):
-                return len(shown_points(geometry, asset.mesh)), "point"
-            return len(mesh_of(geometry, asset.mesh).faces), "triangle"
+    with told_at(asset):
+        match asset:
+            case DepthImageAsset():
+                return 0, "triangle"
+            case BakedAsset() if is_cooked_file(asset.baked):
+                return read_cooked(asset.baked)[0].outline.mesh_triangles or 0, "triangle"
+            case BakedAsset():
+                return inspect_header(asset.baked)[1][0].mesh_triangles or 0, "triangle"
+            case MeshAsset():
+                geometry = read_geometry(asset.mesh)
+                if isinstance(geometry, PointCloud):
+                    return len(shown_points(geometry, asset.mesh)), "point"
+                return len(mesh_of(geometry, asset.mesh).faces), "triangle"
 
 
 def _path_rows(path: Path) -> Iterator[Row]:

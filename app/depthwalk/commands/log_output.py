@@ -12,12 +12,13 @@ _log = logging.getLogger("depthwalk")
 
 
 def from_here(line: str) -> str:
-    """Return a message that begins with the name of a file, relative to the current folder if the file lies within it.
+    """Return a message with the names of files, at its beginning and behind places, relative to the current folder.
 
     A scene's files are known by absolute names, which are longer than what the user typed and differ by machine.
     """
     with suppress(OSError):  # the current folder no longer exists
-        return line.removeprefix(os.path.join(os.getcwd(), ""))
+        here = os.path.join(os.getcwd(), "")
+        return line.removeprefix(here).replace(f": {here}", ": ")
     return line
 
 

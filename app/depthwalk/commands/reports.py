@@ -7,7 +7,7 @@ from depthwalk.bake.cache import sidecar
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, write_bytes
 from depthwalk.ingest.mesh_head import read_head
-from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset, Scene
+from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset, Scene, told_at
 
 
 def own_file(asset: Asset) -> Path:
@@ -23,11 +23,6 @@ def own_file(asset: Asset) -> Path:
 
 def asset_files(asset: Asset) -> list[Path]:
     """Return the files of an asset: its own, those that its mesh names, and the location of its depth images.
-
-    Parameters
-    ----------
-    asset
-        The asset.
 
     Returns
     -------
@@ -48,7 +43,8 @@ def asset_files(asset: Asset) -> list[Path]:
         case MeshAsset():
             meso = asset.dpci.meso if asset.dpci else None
             relief = [meso.depth, meso.normal] if meso else []
-            files = [*read_head(file, asset.texture).files, sidecar(file), *relief]
+            with told_at(asset):
+                files = [*read_head(file, asset.texture).files, sidecar(file), *relief]
     return [found for found in files if found is not None]
 
 

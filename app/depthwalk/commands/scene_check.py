@@ -10,7 +10,7 @@ from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_mesh
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import is_path_file, load_path
-from depthwalk.scene.scene import BakedAsset, DepthImageAsset, Scene
+from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, Scene
 from depthwalk.scene.schema import MesoParams
 
 
@@ -61,42 +61,49 @@ def check_assets(scene: Scene) -> None:
     InputError
         With a line for each file that cannot be used.
     """
-    complaints: list[str] = []
-    for read in _readers(scene):
+    complaints: dict[str, str] = {}  # with the first of the places that name the file, which assets may share
+    for place, read in _readers(scene):
         try:
             read()
         except InputError as error:
-            complaints += error.lines
+            for line in error.lines:
+                complaints.setdefault(line, place)
     if complaints:
-        raise InputError(*dict.fromkeys(complaints))  # assets may share a file
+        raise InputError(*(str(InputError(line).at(place)) for line, place in complaints.items()))
 
 
-def _readers(scene: Scene) -> Iterator[Callable[[], object]]:
-    """Yield a function per file of the scene that reads it as drawing would."""
+def _readers(scene: Scene) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Yield, for each file of the scene, where the scene names it, and a function that reads it as drawing would."""
     for asset in scene.assets:
-        if isinstance(asset, DepthImageAsset):
-            yield partial(_read_depth_image, asset)
-            continue
-        if isinstance(asset, BakedAsset):
-            yield partial(_read_baked, asset.baked)
-            if asset.source is None:
-                continue
-            asset = asset.source
-        yield partial(
-            check_mesh,
-            asset.mesh,
-            texture=asset.texture,
-            up=asset.up,
-            height=asset.height,
-            upright=asset.dpci is not None,
-        )
-        if asset.dpci is not None and asset.dpci.meso is not None:
-            yield partial(_read_meso, asset.dpci.meso)
+        for read in _asset_readers(asset):
+            yield asset.place, read
     ground, sky = scene.environment.ground, scene.environment.sky
     if ground is not None and ground.texture is not None:
-        yield partial(load_texture, ground.texture)
+        yield "", partial(load_texture, ground.texture)
     if sky is not None and sky.image is not None:
-        yield partial(_read_sky, sky.image)
+        yield "", partial(_read_sky, sky.image)
+
+
+def _asset_readers(asset: Asset) -> Iterator[Callable[[], object]]:
+    """Yield a function for each file of an asset that reads it as drawing would."""
+    if isinstance(asset, DepthImageAsset):
+        yield partial(_read_depth_image, asset)
+        return
+    if isinstance(asset, BakedAsset):
+        yield partial(_read_baked, asset.baked)
+        if asset.source is None:
+            return
+        asset = asset.source
+    yield partial(
+        check_mesh,
+        asset.mesh,
+        texture=asset.texture,
+        up=asset.up,
+        height=asset.height,
+        upright=asset.dpci is not None,
+    )
+    if asset.dpci is not None and asset.dpci.meso is not None:
+        yield partial(_read_meso, asset.dpci.meso)
 
 
 def _read_sky(path: Path) -> None:

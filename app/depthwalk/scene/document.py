@@ -80,6 +80,13 @@ class Document:
         nothing = isinstance(value, ScalarNode) and value.text == ""  # `key:` alone: YAML puts the value a line later
         return _where(self.name, key if key is not None and (at_key or nothing) else value)
 
+    def places(self, key: str) -> dict[str, str]:
+        """Return where the members of the mapping at a `key` of the root stand, as an error about each begins."""
+        value = list(_nodes_along(self.root, (key,)))[-1][1]
+        members = value.pairs() if isinstance(value, MappingNode) else ()
+        named = [(name.text, child) for name, child in members if isinstance(name, ScalarNode)]
+        return {name: f"{_where(self.name, child)}: {label((key, name))}" for name, child in named}
+
     def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
         """Return an error about a value of the document.
 

@@ -6,7 +6,8 @@ place of a scene is its head read, to see whether any of it is opaque.
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING
@@ -109,7 +110,8 @@ def scene_from(
     file, source = check_model(document, SceneFile, _with_sky(overrides, sky), unversioned)
     rows = list_items(file.objects, source)
     finder = _finder(folder, asset_roots, source)
-    assets = tuple(_asset(name, spec, finder) for name, spec in file.assets.items())
+    places = {} if is_model_file(path) else _places(source)
+    assets = tuple(_asset(name, spec, finder, places.get(name, "")) for name, spec in file.assets.items())
     environment = _environment(file.environment, finder, sky)
     named = {
         row.loc: finder.find((*row.loc, "file"), row.spec.file) for row in rows if isinstance(row.spec, PlacesParams)
@@ -117,8 +119,7 @@ def scene_from(
     advice = finder.find_optional(("advice",), file.advice)
     missing = {asset.name for asset in assets if isinstance(asset, BakedAsset) and asset.source is None}
     raise_all(unversioned + reference_errors(rows, file.assets, source, missing) + finder.errors)
-    places = _read_places(named) if named else {}
-    flat = flatten(rows, file.assets, places, source)
+    flat = flatten(rows, file.assets, _read_places(named, source) if named else {}, source)
     scene = Scene(
         path=path,
         assets=assets,
@@ -130,7 +131,7 @@ def scene_from(
         camera=camera_from(file.camera) if file.camera else None,
         render=file.render,
         walk=file.walk,
-        advice=_advice(advice),
+        advice=_advice(advice, source),
         advice_file=advice,
         places_files=tuple(dict.fromkeys(named.values())),
     )
@@ -146,13 +147,30 @@ def _animated(scene: Scene, rows: list[ListedItem], flat: Flat, source: Source) 
     return scene
 
 
-def _advice(file: Path | None) -> "dict[str, Advice]":
+def _advice(file: Path | None, source: Source) -> "dict[str, Advice]":
     """Return the advice in a file, by asset; empty if the scene names none, as most do."""
     if file is None:
         return {}
     from depthwalk.scene.advice import load_advice
 
-    return load_advice(file)
+    with _named_at(source, ("advice",)):
+        return load_advice(file)
+
+
+@contextmanager
+def _named_at(source: Source, loc: Loc) -> Iterator[None]:
+    """Add to InputErrors about a file that it is named at the location `loc`."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(*(line for text in error.lines for line in source.error(loc, text).lines)) from error
+
+
+def _places(source: Source) -> dict[str, str]:
+    """Return where the scene file describes each asset, by name, but for those that options set."""
+    set_by_options = {loc[1] for loc in source.overrides if loc[0] == "assets" and len(loc) > 1}
+    places = source.document.places("assets")
+    return {name: place for name, place in places.items() if name not in set_by_options}
 
 
 def camera_from(params: CameraParams) -> Camera:
@@ -251,7 +269,7 @@ def _finder(folder: Path, asset_roots: Sequence[Path | str], source: Source) -> 
     return FileFinder(source, tuple(Path(root).resolve() for root in (folder, *asset_roots)))
 
 
-def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
+def _asset(name: str, spec: AssetParams, finder: FileFinder, place: str) -> Asset:
     loc = ("assets", name)
     if isinstance(spec, MeshAssetParams):
         return MeshAsset(
@@ -262,10 +280,11 @@ def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
             height=spec.height,
             dpci=_dpci((*loc, "dpci"), spec.dpci, finder),
             up_is_given="up" in spec.model_fields_set,
+            place=place,
         )
     if isinstance(spec, BakedAssetParams):
         baked = finder.find_named((*loc, "baked"), spec.baked, check_baked_suffix)
-        return BakedAsset(name=name, baked=baked, source=_source(name, spec, finder))
+        return BakedAsset(name=name, baked=baked, source=_source(name, spec, finder, place), place=place)
     image = spec.depth_image
     return DepthImageAsset(
         name=name,
@@ -278,16 +297,17 @@ def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
         intrinsics=image.intrinsics,
         panorama=image.panorama,
         method=image.method,
+        place=place,
     )
 
 
-def _source(name: str, spec: BakedAssetParams, finder: FileFinder) -> MeshAsset | None:
+def _source(name: str, spec: BakedAssetParams, finder: FileFinder, place: str) -> MeshAsset | None:
     """Return the mesh that depth images were made from, if it and its texture exist."""
     mesh = finder.find_if_present(("assets", name, "mesh"), spec.mesh, check_suffix)
     if mesh is None:
         return None
     texture = finder.find_optional(("assets", name, "texture"), spec.texture)
-    return MeshAsset(name=name, mesh=mesh, texture=texture, up=spec.up, height=spec.height, dpci=None)
+    return MeshAsset(name=name, mesh=mesh, texture=texture, up=spec.up, height=spec.height, dpci=None, place=place)
 
 
 def _dpci(loc: Loc, dpci: DpciParams | None, finder: FileFinder) -> DpciParams | None:
@@ -298,11 +318,15 @@ def _dpci(loc: Loc, dpci: DpciParams | None, finder: FileFinder) -> DpciParams |
     return dpci.model_copy(update={"meso": dpci.meso.model_copy(update={"depth": depth, "normal": normal})})
 
 
-def _read_places(files: dict[Loc, Path]) -> dict[Loc, Similarity]:
+def _read_places(files: dict[Loc, Path], source: Source) -> dict[Loc, Similarity]:
     """Return the transforms from the files of places, by the location where the scene names each file."""
     from depthwalk.scene.places import read_places  # here: few scenes name such a file
 
-    return {loc: read_places(file) for loc, file in files.items()}
+    read: dict[Loc, Similarity] = {}
+    for loc, file in files.items():
+        with _named_at(source, (*loc, "file")):
+            read[loc] = read_places(file)
+    return read
 
 
 def _with_sky(overrides: Mapping[str, str] | None, sky: Path | None) -> Mapping[str, str] | None:

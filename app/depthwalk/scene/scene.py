@@ -3,7 +3,8 @@
 Its objects move in two ways: a node is placed anew (`set_node_transform`), or time passes (`show_moment`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.errors import InputError
 from depthwalk.scene.arrays import Camera, Nodes, Objects, place_nodes, place_objects
 from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.render_settings import RenderSettings
@@ -40,6 +42,9 @@ class MeshAsset:
         How to bake its depth images; None for an asset without depth images.
     up_is_given
         Whether the user set `up`; if not, a model that is shown alone is turned upright by a guess.
+    place
+        Where the scene file names it, `file:line:column: assets.name`, for errors; "" for a model without a scene file,
+        and where an option says what it is.
     """
 
     name: str
@@ -49,6 +54,7 @@ class MeshAsset:
     height: float | None
     dpci: DpciParams | None
     up_is_given: bool = False
+    place: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +81,9 @@ class DepthImageAsset:
         How a panorama is seen; None for others.
     method
         "cut" where the surface is cut at jumps in depth, "paper" where it is not.
+    place
+        Where the scene file names it, `file:line:column: assets.name`, for errors; "" for a model without a scene file,
+        and where an option says what it is.
     """
 
     name: str
@@ -87,6 +96,7 @@ class DepthImageAsset:
     intrinsics: IntrinsicsParams | None
     panorama: PanoramaParams | None = None
     method: Literal["cut", "paper"] = "cut"
+    place: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,14 +111,27 @@ class BakedAsset:
         Absolute path of the depth images, cooked or not.
     source
         The mesh that they were made from, with `dpci` None; None if there is no mesh.
+    place
+        Where the scene file names it, `file:line:column: assets.name`, for errors; "" for a model without a scene file,
+        and where an option says what it is.
     """
 
     name: str
     baked: Path
     source: MeshAsset | None
+    place: str = field(default="", compare=False)
 
 
 Asset = MeshAsset | DepthImageAsset | BakedAsset
+
+
+@contextmanager
+def told_at(asset: Asset) -> Iterator[None]:
+    """Add to InputErrors of a `with` block, which are about the files of an `asset`, where the scene names it."""
+    try:
+        yield
+    except InputError as error:
+        raise error.at(asset.place) from error
 
 
 @dataclass(frozen=True, kw_only=True)
