@@ -67,6 +67,7 @@ def test_a_folder_is_no_file(tmp_path: Path) -> None:
         ("a: 99999999999999999999", "file:1:4: a: the number 99999999999999999999 is too large"),
         ("a: 1\nb: 2\na: 3", "file:3:1: a: duplicate key; it is in line 1 too"),
         ("? [a]\n: 1", "file:1:3: a key must be text; put it in quotes"),
+        ("a: &b {c: 1}\nd: {<<: *b, e: 2}", "file:2:5: d: YAML 1.2 has no merge keys (<<); write the keys out"),
         ("a: .inf", "file:1:4: a: must be a finite number, not .inf"),
     ],
 )

@@ -243,6 +243,8 @@ class _Reader:
             key = key_node.text
             if not key.isprintable():
                 raise self.error(key_node, loc, f"the key {quoted(key)} is not printable")
+            if key == "<<":  # without this, the complaint would be about what it does not bring
+                raise self.error(key_node, loc, "YAML 1.2 has no merge keys (<<); write the keys out")
             if key in values:
                 raise self.error(key_node, (*loc, key), f"duplicate key; it is in line {lines[key]} too")
             lines[key] = key_node.line + 1
