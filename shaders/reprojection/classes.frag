@@ -55,5 +55,6 @@ void main() {
     float came = texture(nearest_moved, (vec2(tile) + 0.5) * float(TILE) * pixel * cells_shown).r;
     may_move = came < BEYOND || most >= MOVES || !is_small;
 #endif
-    tile_class = float(!is_within ? CLASS_AROUND : may_move ? CLASS_MOVED : is_smooth ? CLASS_SMOOTH : CLASS_SEARCHED);
+    tile_class = float(!is_within ? CLASS_AROUND : may_move ? CLASS_MOVED : is_smooth ? CLASS_SMOOTH
+                       : all_seen < 1.0 ? CLASS_UNCOVERED : CLASS_SEARCHED);
 }

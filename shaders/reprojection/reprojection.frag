@@ -1,8 +1,8 @@
 // Shows a finished picture as it appears to a camera that has moved since. Twin: reference/reprojection.py.
 //
 // EXACT: the camera is that of the picture; TURNED: it is at the same position. AROUND: beyond the picture's edges, shows what
-// earlier pictures saw there. MOVED: something may show that moves by itself. DISTANCE: writes how far ahead the surface at
-// one place of the screen is, not its colour.
+// earlier pictures saw there. COVERED: see search.glsl. MOVED: something may show that moves by itself. DISTANCE: writes how far
+// ahead the surface at one place of the screen is, not its colour.
 #from depthwalk.render.reprojection.reprojection import BEYOND, REFLECTED
 #include "reprojection/search.glsl"
 #ifdef AROUND
@@ -50,14 +50,14 @@ void main() {
 #else
     vec3 ray = ray_at(uv);
     Found found = surface_on(ray, uv);
-    bool hidden = is_hidden(found);
 #ifdef DISTANCE
-    vec2 place = mirrored(hidden ? found.behind : found.place);
+    vec2 place = mirrored(place_shown(ray, found));
     float ahead = abs(texture(distances, place).r);
     distance_shown = ahead < BEYOND ? seen_ahead(place, ahead, shift_at(place).xyz) : BEYOND;
 #else
     // Beside a nearer surface a pixel is not filtered: a blend of four would include that surface's edge.
-    screen = colour_at(hidden ? found.behind : found.place, hidden || found.ahead < 0.0);
+    vec2 place = place_shown(ray, found);
+    screen = colour_at(place, is_hidden(found) || place != found.place || found.ahead < 0.0);
 #endif
 #endif
 }

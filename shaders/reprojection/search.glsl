@@ -7,7 +7,7 @@
 //
 // For a viewer who has moved ahead that iteration does not converge on a floor nearer than the way that was gone: it finds the
 // floor behind the viewer, and then what is at the vanishing point. So steps are damped, see `next_along`.
-#from depthwalk.render.reprojection.reprojection import FIXED_POINT_STEPS, HIDDEN, DAMPING
+#from depthwalk.render.reprojection.reprojection import FIXED_POINT_STEPS, HIDDEN, DAMPING, EDGE, EDGE_STEPS
 uniform sampler2D distances;    // metres ahead, negative beside a nearer surface
 uniform sampler2D nearest;      // the least of them ahead of the new camera, by cells of the screen
 uniform vec2 cells_shown;       // part of these cells that the screen covers, to the right and up
@@ -27,6 +27,7 @@ struct Found {
     float expected;     // how far it should be
     float along;        // how far along the ray that is
     vec2 behind;        // the place with the farthest surface of all that were visited
+    vec3 passed;        // there: `ahead` without its sign, `expected` and `along`
     float assumed, moves;   // whether it moves by itself: as the search took it to do, and as it does; 1 if so
 };
 
@@ -69,7 +70,8 @@ float next_along(float along, float expected, float ahead, vec2 place, vec3 shif
 Found search(vec3 ray, float along, vec4 shift) {
     vec3 point = viewer + along * ray - shift.xyz;
     vec2 place = place_of(point), behind = place;
-    float ahead = texture(distances, place).r, expected = point.z, farthest = abs(ahead);
+    float ahead = texture(distances, place).r, expected = point.z;
+    vec3 passed = vec3(abs(ahead), expected, along);
     for (int k = 0; k < FIXED_POINT_STEPS; ++k) {
         shift = shift_at(place);
         along = next_along(along, expected, abs(ahead), place, shift.xyz);
@@ -77,15 +79,49 @@ Found search(vec3 ray, float along, vec4 shift) {
         place = place_of(point);
         ahead = texture(distances, place).r;
         expected = point.z;
-        if (abs(ahead) > farthest) { farthest = abs(ahead); behind = place; }
+        if (abs(ahead) > passed.x) { passed = vec3(abs(ahead), expected, along); behind = place; }
     }
-    return Found(place, ahead, expected, along, behind, shift.w, shift_at(place).w);
+    return Found(place, ahead, expected, along, behind, passed, shift.w, shift_at(place).w);
 }
 
 // Returns whether the picture has something nearer where a surface should be, or something that has left, so that the surface
 // was never seen.
 bool is_hidden(Found found) {
     return abs(found.ahead) < HIDDEN * found.expected || found.assumed < found.moves;
+}
+
+// Returns whether the search has ended at no surface: the picture has something nearer or farther where it should be.
+bool is_lost(Found found) { return is_hidden(found) || HIDDEN * abs(found.ahead) > found.expected; }
+
+// Returns the place of the picture to show on a ray, from what the search has found there.
+//
+// Where the search is lost, and the farthest surface that it passed would go on behind a nearer one, which is not on the ray,
+// the picture lacks what the ray shows. Then what is beside the nearer surface is shown as it is at the edge, which is found by
+// bisection. Where the search passed it, it is as far from the edge as the ray is: all that is there would be shown twice.
+//
+// COVERED: this is left out.
+vec2 place_shown(vec3 ray, Found found) {
+    vec2 place = is_hidden(found) ? found.behind : found.place;
+#ifndef COVERED
+    if (!is_lost(found)) return place;
+    vec3 shift = shift_at(found.behind).xyz;
+    float along = next_along(found.passed.z, found.passed.y, found.passed.x, found.behind, shift);
+    vec3 point = viewer + along * ray - shift;
+    vec2 low = found.behind, high = place_of(point);
+    if (high != clamp(high, 0.0, 1.0)) return high; // beyond the picture's edges
+    float nearer = abs(texture(distances, high).r), edge = min(sqrt(nearer * found.passed.x), EDGE * nearer);
+    if (nearer >= HIDDEN * point.z) return place;
+    shift = shift_at(high).xyz;
+    vec2 nearest = place_of(viewer + next_along(along, point.z, nearer, high, shift) * ray - shift);
+    if (abs(texture(distances, nearest).r) < edge) return nearest;
+    for (int k = 0; k < EDGE_STEPS; ++k) {
+        vec2 between = 0.5 * (low + high);
+        if (abs(texture(distances, between).r) > edge) low = between;
+        else high = between;
+    }
+    place = low;
+#endif
+    return place;
 }
 
 // Returns what is on the ray through a place of the screen: the nearer of what a search for a surface that stays finds, and one

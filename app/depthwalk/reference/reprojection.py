@@ -10,6 +10,8 @@ from depthwalk.render.reprojection.cell_size import CELL
 from depthwalk.render.reprojection.reprojection import (
     BEYOND,
     DAMPING,
+    EDGE,
+    EDGE_STEPS,
     FIXED_POINT_STEPS,
     HIDDEN,
     LEAST_AHEAD,
@@ -107,12 +109,18 @@ class _Found(NamedTuple):
         (n,) metres along the ray, at which it should be.
     is_there
         (n,) whether it moves by itself, and is found where it should be.
+    is_lost
+        (n,) whether the search has ended at no surface.
+    uncovered
+        (n, 2) what is shown instead of `place` where the picture may lack what is asked for.
     """
 
     place: NDArray[np.float64]
     hidden: Mask
     along: NDArray[np.float64]
     is_there: Mask
+    is_lost: Mask
+    uncovered: NDArray[np.float64]
 
 
 def _place_of(picture: View, points: Array) -> NDArray[np.float64]:
@@ -144,33 +152,98 @@ def _search(
 
     start_shift: by how much (n, 3) the surface has moved by itself that is looked for; None: it stays.
     """
-    _, viewer, axis = seen_from(picture, view)
+    viewer = seen_from(picture, view)[1]
     moves = np.full(len(at), start_shift is not None)
     shift = np.zeros((len(at), 3)) if start_shift is None else start_shift
     rays, points = _near_points(picture, view, nearest, at)
     points = points - shift
     place = behind = _place_of(picture, points)
-    ahead = farthest = look_up(distances, place)
+    ahead = look_up(distances, place)
     along, expected = nearest, points[:, 2]
+    passed = np.column_stack([ahead, expected, along])
     for _ in range(FIXED_POINT_STEPS):
-        direction = np.column_stack([(2 * place - 1) * np.array(picture.half_extent), np.ones_like(ahead)])
         if velocities is not None:
-            moves = look_up(velocities[..., 3], place) > 0
-            shift = elapsed(picture, view) * np.stack([look_up(velocities[..., k], place) for k in range(3)], -1)
-        seen = (direction * ahead[:, None] + shift - viewer) @ axis
-        if axis @ viewer > 0:
-            scaled = along * ahead / np.where(expected > 0, expected, np.nan)
-            seen = np.where(expected > 0, np.sqrt(np.maximum(seen, DAMPING * scaled) * scaled), seen)
-        along = np.maximum(seen, 1e-2)
+            moves, shift = _shift_at(picture, view, velocities, place)
+        along = _next_along(picture, view, along, expected, ahead, place, shift)
         points = viewer + along[:, None] * rays - shift
         place, expected = _place_of(picture, points), points[:, 2]
         ahead = look_up(distances, place)
-        behind = np.where((ahead > farthest)[:, None], place, behind)
-        farthest = np.maximum(farthest, ahead)
+        behind = np.where((ahead > passed[:, 0])[:, None], place, behind)
+        passed = np.where((ahead > passed[:, 0])[:, None], np.column_stack([ahead, expected, along]), passed)
     does_move = np.zeros(len(at), bool) if velocities is None else look_up(velocities[..., 3], place) > 0
     hidden = np.asarray(ahead < HIDDEN * expected) | (does_move & ~moves)
     is_there = moves & does_move & (np.abs(ahead - expected) < (1 - HIDDEN) * expected)
-    return _Found(np.where(hidden[:, None], behind, place), hidden, along.astype(float), is_there)
+    place, is_lost = np.where(hidden[:, None], behind, place), hidden | (ahead * HIDDEN > expected)
+    uncovered = np.where(
+        is_lost[:, None], _beside(picture, distances, view, rays, behind, passed, place, velocities), place
+    )
+    return _Found(place, hidden, along.astype(float), is_there, is_lost, uncovered)
+
+
+def _shift_at(picture: View, view: View, velocities: Array, place: Array) -> tuple[Mask, NDArray[np.float64]]:
+    """Return whether surfaces at positions (n, 2) of a picture move by themselves, and by how many metres."""
+    speed = np.stack([look_up(velocities[..., k], place) for k in range(3)], -1)
+    return np.asarray(look_up(velocities[..., 3], place) > 0), elapsed(picture, view) * speed
+
+
+def _next_along(
+    picture: View, view: View, along: Array, expected: Array, ahead: Array, place: Array, shift: Array
+) -> NDArray[np.float64]:
+    """Return how far along rays to look next, metres, as `next_along` of shaders/reprojection/search.glsl does."""
+    _, viewer, axis = seen_from(picture, view)
+    direction = np.column_stack([(2 * place - 1) * np.array(picture.half_extent), np.ones_like(ahead)])
+    seen = (direction * ahead[:, None] + shift - viewer) @ axis
+    if axis @ viewer > 0:
+        scaled = along * ahead / np.where(expected > 0, expected, np.nan)
+        seen = np.where(expected > 0, np.sqrt(np.maximum(seen, DAMPING * scaled) * scaled), seen)
+    return np.asarray(np.maximum(seen, 1e-2))
+
+
+def _beside(
+    picture: View,
+    distances: Array,
+    view: View,
+    rays: Array,
+    behind: Array,
+    passed: Array,
+    otherwise: Array,
+    velocities: Array | None,
+) -> NDArray[np.float64]:
+    """Return what to show where searches are lost: `place_shown` of shaders/reprojection/search.glsl.
+
+    Parameters
+    ----------
+    picture, distances, view, velocities
+        See `sources`.
+    rays
+        (n, 3), see `_near_points`.
+    behind, passed
+        (n, 2) positions of the farthest surfaces that were passed, and (n, 3) how far they are, should be, and are
+        along the ray, metres.
+    otherwise
+        (n, 2) positions that are returned where these surfaces would go on visibly.
+    """
+    viewer = seen_from(picture, view)[1]
+
+    def follow(place: Array, along: Array, expected: Array, ahead: Array) -> tuple[Array, Array, Array]:
+        shift = np.zeros_like(rays) if velocities is None else _shift_at(picture, view, velocities, place)[1]
+        along = _next_along(picture, view, along, expected, ahead, place, shift)
+        point = viewer + along[:, None] * rays - shift
+        return _place_of(picture, point), along, point[:, 2]
+
+    ahead, expected, along = passed.T
+    goes_on, along, expected = follow(behind, along, expected, ahead)
+    nearer = look_up(distances, goes_on)
+    edge = np.minimum(np.sqrt(nearer * ahead), EDGE * nearer)
+    nearest = follow(goes_on, along, expected, nearer)[0]
+    low, high = behind, goes_on
+    for _ in range(EDGE_STEPS):
+        between = (low + high) / 2
+        is_farther = (look_up(distances, between) > edge)[:, None]
+        low, high = np.where(is_farther, between, low), np.where(is_farther, high, between)
+    is_visible, is_beyond = nearer >= HIDDEN * expected, (goes_on != goes_on.clip(0, 1)).any(-1)
+    found = np.where((look_up(distances, nearest) < edge)[:, None], nearest, low)
+    return np.where(is_beyond[:, None], goes_on, np.where(is_visible[:, None], otherwise, found))
 
 
 def _surfaces_on(picture: View, distances: Array, view: View, at: Array, velocities: Array | None) -> _Found:
@@ -192,6 +265,8 @@ def _surfaces_on(picture: View, distances: Array, view: View, at: Array, velocit
         np.where(better, came.hidden, stays.hidden),
         np.where(better, came.along, stays.along),
         better,
+        np.where(better, came.is_lost, stays.is_lost),
+        np.where(better[:, None], came.uncovered, stays.uncovered),
     )
 
 
@@ -224,6 +299,7 @@ def tiles(
     lattice = np.indices((2 * rows + 1, 2 * columns + 1))[::-1].reshape(2, -1).T * TILE / 2
     found = _search(picture, distances, view, _of_cell(nearest, lattice / CELL), lattice / size, None)
     place, seen = found.place.reshape(2 * rows + 1, -1, 2), ~found.hidden.reshape(2 * rows + 1, -1)
+    lost = found.is_lost.reshape(seen.shape)
     corners, pixels, rough = place[::2, ::2], np.array(picture.size), roughness(distances, velocities)
     classes = np.full((rows, columns), int(TileClass.SEARCHED))
     for row, column in np.ndindex(rows, columns):
@@ -247,6 +323,8 @@ def tiles(
             classes[row, column] = TileClass.MOVED
         elif is_small and seen[nine].all() and off.max() < TOLERANCE and most * parallax < TOLERANCE:
             classes[row, column] = TileClass.SMOOTH
+        elif lost[nine].any():
+            classes[row, column] = TileClass.UNCOVERED
     return classes, corners
 
 
@@ -285,23 +363,27 @@ def sources(picture: View, distances: Array, view: View, velocities: Array | Non
     pixel = np.indices((height, width))[::-1].reshape(2, -1).T
     classes, corners = tiles(picture, distances, view, velocities)
     at = (pixel + 0.5) / view.size
-    place, hidden = _surfaces_on(picture, distances, view, at, None)[:2]
+    tile_classes = classes[pixel[:, 1] // TILE, pixel[:, 0] // TILE]
+    found = _surfaces_on(picture, distances, view, at, None)
+    exact = found.place
+    place = np.where((tile_classes == TileClass.SEARCHED)[:, None], exact, found.uncovered)
     if velocities is not None:
-        there, covered = _surfaces_on(picture, distances, view, at, velocities)[:2]
-        may_move = np.isin(classes, (TileClass.MOVED, TileClass.AROUND))[pixel[:, 1] // TILE, pixel[:, 0] // TILE]
-        place, hidden = np.where(may_move[:, None], there, place), np.where(may_move, covered, hidden)
-    alone = hidden | (look_up(beside_nearer(distances).astype(float), place) > 0)
+        moving = _surfaces_on(picture, distances, view, at, velocities)
+        may_move = np.isin(tile_classes, (TileClass.MOVED, TileClass.AROUND))[:, None]
+        exact, place = np.where(may_move, moving.place, exact), np.where(may_move, moving.uncovered, place)
+        found = found._replace(hidden=np.where(may_move[:, 0], moving.hidden, found.hidden))
+    alone = found.hidden | (place != exact).any(-1) | (look_up(beside_nearer(distances).astype(float), exact) > 0)
     inside = place.clip(0, 1)
     beyond = np.abs(place - inside) % (2 * REFLECTED)  # mirrored back and forth
     place = np.abs(inside - np.minimum(beyond, 2 * REFLECTED - beyond))
     size = np.array(picture.size)
-    found: NDArray[np.float64] = np.where(alone[:, None], (np.floor(place * size) + 0.5) / size, place)
-    found = found.reshape(height, width, 2)
+    shown: NDArray[np.float64] = np.where(alone[:, None], (np.floor(place * size) + 0.5) / size, place)
+    shown = shown.reshape(height, width, 2)
     at = (np.arange(TILE) + 0.5) / TILE
     for row, column in np.argwhere(classes == TileClass.SMOOTH):
-        tile = found[row * TILE : (row + 1) * TILE, column * TILE : (column + 1) * TILE]
+        tile = shown[row * TILE : (row + 1) * TILE, column * TILE : (column + 1) * TILE]
         tile[:] = _between(corners[row : row + 2, column : column + 2], TILE, at)[: len(tile), : tile.shape[1]]
-    return found
+    return shown
 
 
 def look_up(texture: Array, place: Array) -> NDArray[np.float64]:

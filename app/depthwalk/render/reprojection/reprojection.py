@@ -35,6 +35,8 @@ from depthwalk.types import Mask
 
 BEYOND = 1e6  # metres: the distance that stands for the sky, where nothing was drawn
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
+EDGE = 1.2  # how many times farther than a surface that is which is certainly beyond its edge
+EDGE_STEPS = 3  # that halve the way to this edge
 DAMPING = 0.75  # least length of a step along a ray ahead, over that which is right for a floor; see search.glsl
 _Seen = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 _CORNERS = places(1)  # of these cells
@@ -198,7 +200,8 @@ class Reprojection:
         self._tiles.classify(view.size, self._shown.roughness, search, view.focal_pixels, 3, moved)
         shown = search | self._picture_uniforms(view)
         programs = {
-            TileClass.SEARCHED: self._tile_programs[()],
+            TileClass.SEARCHED: self._tile_programs[("COVERED",)],
+            TileClass.UNCOVERED: self._tile_programs[()],
             TileClass.AROUND: self._tile_programs[*moved, "AROUND"],
         }
         if self._shown.moves:

@@ -32,6 +32,7 @@ class TileClass(IntEnum):
     SEARCHED = 1  # a search for each pixel
     AROUND = 2  # likewise, and some may lie beyond the edges of the picture
     MOVED = 3  # likewise, for surfaces too that move by themselves
+    UNCOVERED = 4  # likewise, and some may show what a nearer surface hides in the picture
 
 
 class _Found(NamedTuple):
