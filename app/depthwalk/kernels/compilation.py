@@ -55,7 +55,8 @@ def compiled(function: _Function) -> _Function:
 def compiled_as_annotated(function: _Function) -> _Function:
     """Compile a function when its module is imported, for its annotated types, or read it from numba's cache.
 
-    Otherwise it is compiled as by `compiled`. Callers give arguments by name where these are many.
+    Otherwise it is compiled as by `compiled`. Write into arrays number by number: for `a[k] = row`, numba also compiles
+    what tells of a wrong shape, a sixth of all. Callers give arguments by name where these are many.
 
     Parameters
     ----------

@@ -365,11 +365,15 @@ def collapse(
     """
     s = surface_of(points, of, part, looks, triangles, locked, colour)
     left, left_group = np.empty(triangles.shape, np.int64), np.empty(len(group), np.int64)
-    count = begin = 0
+    # Of each group's triangles. A variable that starts as 0 would have `_simplify` compiled once more, for that number.
+    bounds = np.zeros(len(wanted) + 1, np.int64)
+    for number in group:
+        bounds[number + 1] += 1
     for number in range(len(wanted)):
-        end = begin
-        while end < len(group) and group[end] == number:
-            end += 1
+        bounds[number + 1] += bounds[number]
+    count = 0
+    for number in range(len(wanted)):
+        begin, end = bounds[number], bounds[number + 1]
         _simplify(s, begin, end, int(wanted[number]))
         for triangle in range(begin, end):
             if s.alive[triangle]:
@@ -377,7 +381,6 @@ def collapse(
                     left[count, k] = s.corners[3 * triangle + k].vertex
                 left_group[count] = number
                 count += 1
-        begin = end
     point = np.empty(points.shape)
     for number in range(len(points)):
         for axis in range(3):

@@ -10,7 +10,7 @@ from depthwalk.types import Array, Ints
 def _divide(placed: Array, order: Ints, together: int, size: int) -> None:
     """Sort points and their order into the leaves of a tree whose root has room for `together`."""
     stack = np.empty((128, 3), np.int64)
-    stack[0] = 0, len(order), together
+    _push(stack, 0, 0, len(order), together)
     depth = 1
     while depth:
         depth -= 1
@@ -20,13 +20,19 @@ def _divide(placed: Array, order: Ints, together: int, size: int) -> None:
         half = together // 2
         if low + half < high:
             _select(placed, order, low, high, low + half, _longest_axis(placed, low, high))
-            stack[depth] = low + half, high, half
+            _push(stack, depth, low + half, high, half)
             depth += 1
-            stack[depth] = low, low + half, half
+            _push(stack, depth, low, low + half, half)
             depth += 1
         else:
-            stack[depth] = low, high, half
+            _push(stack, depth, low, high, half)
             depth += 1
+
+
+@compiled
+def _push(stack: Ints, depth: int, low: int, high: int, together: int) -> None:
+    """Write a row (low, high, together) of the stack of runs."""
+    stack[depth, 0], stack[depth, 1], stack[depth, 2] = low, high, together
 
 
 @compiled

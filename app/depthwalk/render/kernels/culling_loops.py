@@ -258,7 +258,7 @@ def upright_cylinders(
         row = rows[k]
         x, y, z, w = rotation[row, 0], rotation[row, 1], rotation[row, 2], rotation[row, 3]
         axis[k, 0], axis[k, 1], axis[k, 2] = 2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)
-        middle[k] = centre[row]
+        middle[k, 0], middle[k, 1], middle[k, 2] = centre[row, 0], centre[row, 1], centre[row, 2]
         half[k], across[k] = half_height[asset[row]] * scale[row], radius[asset[row]] * scale[row]
     return middle, axis, half, across
 

@@ -93,7 +93,8 @@ def hull_outline(hull: Array, frame: Array, bound: Array, seen: Array, polygon: 
     for k in range(4):
         inward, across = (1.0 if k % 2 == 0 else -1.0), (1.0 if k < 2 else -1.0)
         count = _clipped(polygon, count, inward, inward * across, -inward * diagonals[k], clipped)
-        polygon[:count] = clipped[:count]
+        for row in range(count):
+            polygon[row, 0], polygon[row, 1] = clipped[row, 0], clipped[row, 1]
     return count
 
 

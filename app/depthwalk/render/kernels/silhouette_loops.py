@@ -134,7 +134,9 @@ def silhouettes(
                 continue
             if count == len(lines):
                 more = np.empty((2 * count, _FIELDS), np.float32)
-                more[:count] = lines
+                for row in range(count):
+                    for field in range(_FIELDS):
+                        more[row, field] = lines[row, field]
                 lines = more
             if _write(start, stop, width, height, lines[count]):
                 lines[count, 6] = 1.0 if silhouette else 0.0

@@ -65,7 +65,8 @@ def warp_records(
             low = corner[k, axis]
             record[k, 24 + axis] = 2 * low / atlas[axis] - 1
             record[k, 26 + axis] = 2 * (low + size[k, axis]) / atlas[axis] - 1
-        record[k, 28:] = rotation[k]
+        for j in range(4):
+            record[k, 28 + j] = rotation[k, j]
     return record
 
 
@@ -158,6 +159,18 @@ def composite_records(
 
 
 @compiled
+def _write(rectangles: Rows, row: int, x: int, y: int, width: int, height: int) -> None:
+    """Write a row of rectangles (n, 4)."""
+    rectangles[row, 0], rectangles[row, 1], rectangles[row, 2], rectangles[row, 3] = x, y, width, height
+
+
+@compiled
+def _copy(source: Rows, row: int, target: Rows, target_row: int) -> None:
+    """Copy a row of rectangles (n, 4) to a row of others."""
+    _write(target, target_row, source[row, 0], source[row, 1], source[row, 2], source[row, 3])
+
+
+@compiled
 def _merged(free: Rows, axis: int) -> Rows:
     """Merge rectangles (n, 4) that touch end to end along `axis`, 0 or 1, see `atlas_allocator`."""
     key = (free[:, 1 - axis] << 40) + (free[:, 3 - axis] << 20) + free[:, axis]
@@ -172,7 +185,7 @@ def _merged(free: Rows, axis: int) -> Rows:
         ):
             last[2 + axis] += free[k, 2 + axis]
         else:
-            merged[count] = free[k]
+            _copy(free, k, merged, count)
             count += 1
     return merged[:count]
 
@@ -194,9 +207,12 @@ def released(free: Int64Array2, slots: Int64Array2) -> Rows:
     for rectangles in (free, slots):
         for k in range(len(rectangles)):
             if rectangles[k, 2] > 0 and rectangles[k, 3] > 0:
-                joined[count] = rectangles[k]
+                _copy(rectangles, k, joined, count)
                 count += 1
-    return _merged(_merged(joined[:count], 0), 1)
+    merged: Rows = joined[:count]
+    for axis in range(2):  # not `_merged(…, 0)` and `_merged(…, 1)`, each of which numba would compile
+        merged = _merged(merged, axis)
+    return merged
 
 
 @compiled_as_annotated
@@ -233,7 +249,7 @@ def kept_slots(row: Int32Array1, slot: Int64Array2, sizes: Int64Array2) -> tuple
             padded[k, axis] = -(-sizes[k, axis] // step) * step
         if row[k] < 0:
             continue
-        had[k] = slot[row[k]]
+        _copy(slot, row[k], had, k)
         width, height = had[k, 2], had[k, 3]
         fits = width >= sizes[k, 0] and height >= sizes[k, 1]
         stays[k] = fits and width * height <= 2 * padded[k, 0] * padded[k, 1]
@@ -255,7 +271,8 @@ def allocate(free: Int64Array2, sizes: Int64Array2) -> tuple[Rows, Rows, int]:
     """
     count = len(free)
     left, slots = np.empty((count + len(sizes), 4), np.int64), np.zeros((len(sizes), 4), np.int64)
-    left[:count] = free
+    for k in range(count):
+        _copy(free, k, left, k)
     for k in range(len(sizes)):
         width, height = sizes[k, 0], sizes[k, 1]
         best, snug = -1, 0
@@ -266,14 +283,14 @@ def allocate(free: Int64Array2, sizes: Int64Array2) -> tuple[Rows, Rows, int]:
         if best < 0:
             return slots, left[:count], k
         x, y, wide, high = left[best]
-        slots[k] = x, y, width, height
+        _write(slots, k, x, y, width, height)
         if wide - width > high - height:  # cut the remaining L so that its larger part stays whole
-            left[best] = x + width, y, wide - width, high
+            _write(left, best, x + width, y, wide - width, high)
             rest = x, y + height, width, high - height
         else:
-            left[best] = x, y + height, wide, high - height
+            _write(left, best, x, y + height, wide, high - height)
             rest = x + width, y, wide - width, height
         if rest[2] * rest[3]:
-            left[count] = rest
+            _write(left, count, *rest)
             count += 1
     return slots, left[:count], len(sizes)
