@@ -37,8 +37,9 @@ camera: {position: [0, 1.2, 6], target: [0, 0.8, 0], fov: 50}
 walk: {speed: 3}
 """
 DRIVER = """
-import json, signal, sys
+import gc, json, signal, sys
 from pathlib import Path
+gc.disable()  # while importing, as the program does
 import depthwalk.walk as walk
 import depthwalk.walk.app as app
 import depthwalk.walk.fields as fields
@@ -122,6 +123,8 @@ def drop_by_signal(window, action):
     signal.signal(signal.SIGUSR1, drop)
     signal.signal(signal.SIGUSR2, lambda *_: window.close())
 
+gc.freeze()
+gc.enable()
 if "compiled" not in sys.argv:
     kernels.load_behind = lambda: None
 
