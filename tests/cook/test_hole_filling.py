@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from depthwalk.cook.hole_filling import fill_holes
+from depthwalk.cook.hole_filling import _Boundary, _shortest_rim, _shortest_rims, fill_holes
 from depthwalk.geometry.indexed_triangles import opposite_edges
 from depthwalk.types import Array, Ints, Mask
 
@@ -75,3 +75,16 @@ def test_the_rim_of_a_leaf_is_no_hole(bend: float) -> None:
 def test_a_closed_surface_and_none_stay() -> None:
     assert len(fill_holes(POINT, TRIANGLES, 1.0, 12)) == len(TRIANGLES)
     assert fill_holes(POINT, TRIANGLES[:0], 1.0, 12).shape == (0, 3)
+
+
+def test_all_rims_are_found_at_once_as_one_by_one() -> None:
+    """Of a ball with so many triangles missing that most holes touch at vertices."""
+    pierced = TRIANGLES[np.random.default_rng(1).random(len(TRIANGLES)) < 0.6]
+    triangle, corner = np.divmod(np.flatnonzero(opposite_edges(pierced) < 0), 3)
+    starts, ends = pierced[triangle, (corner + 1) % 3], pierced[triangle, corner]
+    together = _shortest_rims(POINT, starts, ends, np.arange(len(starts)), 7 * EDGE, 9)
+    rims = sorted(walk for walks in together for walk in walks.tolist())
+    boundary = _Boundary(starts, ends)
+    alone = [_shortest_rim(boundary, POINT, edge, 7 * EDGE, 9) for edge in range(len(starts))]
+    assert rims == [walk for walk in alone if walk]
+    assert {3, 4, 5, 6, 8} <= set(map(len, rims)) and [] in alone
