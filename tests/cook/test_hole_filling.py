@@ -77,14 +77,12 @@ def test_a_closed_surface_and_none_stay() -> None:
     assert fill_holes(POINT, TRIANGLES[:0], 1.0, 12).shape == (0, 3)
 
 
-def test_all_rims_are_found_at_once_as_one_by_one() -> None:
-    """Of a ball with so many triangles missing that most holes touch at vertices."""
+def test_rims_are_found_as_alone() -> None:
     pierced = TRIANGLES[np.random.default_rng(1).random(len(TRIANGLES)) < 0.6]
-    triangle, corner = np.divmod(np.flatnonzero(opposite_edges(pierced) < 0), 3)
-    starts, ends = pierced[triangle, (corner + 1) % 3], pierced[triangle, corner]
-    together = _shortest_rims(POINT, starts, ends, np.arange(len(starts)), 7 * EDGE, 9)
-    rims = sorted(walk for walks in together for walk in walks.tolist())
-    boundary = _Boundary(starts, ends)
-    alone = [_shortest_rim(boundary, POINT, edge, 7 * EDGE, 9) for edge in range(len(starts))]
+    edge = np.flatnonzero(opposite_edges(pierced) < 0)
+    ends, starts = pierced.ravel()[edge], np.roll(pierced, -1, 1).ravel()[edge]
+    both = _shortest_rims(POINT, starts, ends, np.arange(len(edge)), 7 * EDGE, 9)
+    rims = sorted(walk for walks in both for walk in walks.tolist())
+    alone = [_shortest_rim(_Boundary(starts, ends), POINT, k, 7 * EDGE, 9) for k in range(len(edge))]
     assert rims == [walk for walk in alone if walk]
-    assert {3, 4, 5, 6, 8} <= set(map(len, rims)) and [] in alone
+    assert len(set(map(len, rims))) > 4 and [] in alone
