@@ -54,3 +54,15 @@ def test_one_process_at_a_time_compiles(tmp_path: Path, monkeypatch: pytest.Monk
     assert compiled_code.is_complete(loops)
     with compiled_code.kept(loops):
         lock()
+
+
+def test_loops_elsewhere_or_installed_again_are_compiled_again(tmp_path: Path) -> None:
+    """As numba would do it, though with the same contents: so they must not count as complete."""
+    for place in (here := tmp_path / "loops", there := tmp_path / "others"):
+        place.mkdir()
+        (place / "loops.py").write_text("def double(x): return 2 * x")
+        os.utime(place / "loops.py", (0, 1e9))
+    before = compiled_code.folder(here)
+    assert compiled_code.folder(there) != before == compiled_code.folder(here)
+    os.utime(here / "loops.py", (0, 2e9))
+    assert compiled_code.folder(here) != before

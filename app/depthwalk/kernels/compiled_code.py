@@ -1,7 +1,8 @@
 """Keep the code that numba compiles in the cache folder.
 
 numba only checks whether the file of a function has changed, not the files that it imports. So each state of the files
-of a package of loops has its own folder; folders that have not been used for some weeks are removed.
+of a package of loops has its own folder; folders that have not been used for some weeks are removed. To the state
+belong the files' place and time: where these differ, numba compiles again, whatever the files hold.
 """
 
 import gc
@@ -48,6 +49,7 @@ def folder(loops: Path) -> Path:
     """
     sources = [*sorted(loops.glob("*.py")), Path(__file__).with_name("compilation.py")]
     state = b"".join(path.read_bytes() for path in sources) + version("numba").encode()
+    state += "".join(f"{path.absolute()} {path.stat().st_mtime_ns} " for path in sources).encode()
     return cache_folder().parent / "compiled" / hashlib.sha256(state).hexdigest()[:16]
 
 
