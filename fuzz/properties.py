@@ -19,7 +19,7 @@ from depthwalk.ingest.loader import LARGEST
 from depthwalk.ingest.mesh import Material, Mesh
 from depthwalk.ingest.range_image import RangeImage
 from depthwalk.ingest.reader import read_geometry
-from depthwalk.ingest.soup import Soup
+from depthwalk.ingest.soup import Soup, finite_faces
 from depthwalk.ingest.sources import Sources
 from depthwalk.ingest.trimesh_reader import read_by_trimesh
 from depthwalk.scene.path import CameraPath
@@ -34,7 +34,9 @@ def check_as_trimesh(path: Path) -> None:
     sources = Sources()
     soup = read_geometry(path, sources)
     try:
-        other = read_by_trimesh(sources.read(path), path, sources)
+        with np.errstate(invalid="ignore"):
+            other = read_by_trimesh(sources.read(path), path, sources)
+        other = finite_faces(other, path) if isinstance(other, Soup) else other
     except Exception:  # it raises nearly anything for damaged files
         return
     if isinstance(soup, Soup) and isinstance(other, Soup):

@@ -91,13 +91,10 @@ def test_other_ply_files_are_left_to_trimesh(change: Any) -> None:
 def test_defects_of_binary_ply_are_told_alike(tmp_path: Path) -> None:
     data, path = ply("<", "f4", "", "", "i4", "u1"), tmp_path / "a.ply"
     outside = data[:-4] + (VERTICES).to_bytes(4, "little")
-    start = data.find(b"end_header\n") + 11
-    broken = data[:start] + np.float32(np.inf).tobytes() + data[start + 4 :]
-    for changed, defect in ((outside, "face 59 refers to vertex 40 of 0 to 39"), (broken, "1 of 40 vertices have NaN")):
-        path.write_bytes(changed)
-        for read in (read_soup, lambda path: read_by_trimesh(path.read_bytes(), path, Sources())):
-            with pytest.raises(InputError, match=defect):
-                read(path)
+    path.write_bytes(outside)
+    for read in (read_soup, lambda path: read_by_trimesh(path.read_bytes(), path, Sources())):
+        with pytest.raises(InputError, match="face 59 refers to vertex 40 of 0 to 39"):
+            read(path)
 
 
 def test_binary_stl() -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -31,7 +32,7 @@ MESSAGES = {
     "line.obj": "line.obj: flat: none of its 1 faces has an area",
     "no_data.gltf": "no_data.gltf: accessors[0]: compressed or empty data is not supported",
     "no_faces.obj": "no_faces.obj: no faces; lines alone are not drawn",
-    "not_finite.obj": "not_finite.obj: 2 of 4 vertices have NaN or infinite coordinates",
+    "not_finite.obj": "not_finite.obj: all of its 2 triangles have NaN or infinite coordinates",
     "truncated.glb": "truncated.glb: truncated: 24 of 65535 bytes",
     "truncated.gltf": "truncated.gltf: its glTF header is not JSON: Expecting value: line 1 column 42 (char 41)",
     "truncated.ply": "truncated.ply: truncated: 2 of 4 PLY face elements",
@@ -131,3 +132,27 @@ def test_garbage_raises_nothing_but_input_errors(tmp_path: Path, start: bytes, r
             act(path)
         except InputError as error:
             assert "\n" not in str(error) and str(error).startswith(str(tmp_path))
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("name", ["a.obj", "a.off", "a.ply", "text.ply", "a.stl", "text.stl", "a.glb"])
+def test_triangles_without_a_place_are_left_out(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, name: str, wrong: float
+) -> None:
+    """One vertex of a grid takes along the triangles around it, and nothing else."""
+    y, x = np.mgrid[:4, :4]
+    corner = np.arange(16).reshape(4, 4)
+    square = np.stack([corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]], -1).reshape(-1, 4)
+    faces = square[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    places = np.stack([x, x * y, y], -1).reshape(-1, 3) + 1.0
+    places[6, 1] = wrong
+    mesh = trimesh.Trimesh(places, faces, process=False, validate=False)
+    kind = name.split(".")[1] if not name.startswith("text") else {"ply": "ply", "stl": "stl_ascii"}[name[5:]]
+    options = {"encoding": "ascii"} if name == "text.ply" else {}
+    with np.errstate(invalid="ignore"):  # in normals that trimesh computes
+        data = mesh.export(file_type=kind, **options)
+    (tmp_path / name).write_bytes(data.encode() if isinstance(data, str) else data)
+    shown = load_mesh(tmp_path / name)
+    assert len(shown.faces) == 12 and np.isfinite(shown.positions).all() and np.isfinite(shown.normals).all()
+    np.testing.assert_allclose(np.ptp(shown.positions, axis=0), [3, 9, 3])
+    assert "6 of 18 triangles have NaN or infinite coordinates; left out" in caplog.text

@@ -17,7 +17,7 @@ from depthwalk.ingest.mtl import material_libraries
 from depthwalk.ingest.obj import Indices, ObjMesh, parse_obj
 from depthwalk.ingest.point_cloud import PointCloud, cloud_soup
 from depthwalk.ingest.preview import coarse_soup, thinned
-from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
+from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, finite_faces, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8
 
 _RECORD_SUFFIXES = (".stl", ".ply")
@@ -84,8 +84,9 @@ def read_geometry(path: Path, sources: Sources | None = None) -> Soup | PointClo
         raise InputError(f"{path}: holds {suffix[1:].upper()} data; rename it to {path.stem}{suffix}")
     if path.suffix.lower() == ".ply" and b"ply" not in data[:80].split(b"\n", 1)[0].lower():  # as trimesh tells them
         raise InputError(f"{path}: not a PLY file")
-    with _told_as_damaged(path):
-        return _read_any(data, path, sources)
+    with _told_as_damaged(path), np.errstate(invalid="ignore"):  # infinite coordinates may become NaN
+        read = _read_any(data, path, sources)
+    return read if isinstance(read, PointCloud) else finite_faces(read, path)
 
 
 @contextmanager
@@ -182,10 +183,6 @@ def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud:
     check_triangle_count(mesh.triangle_count, path)
     check_mesh_memory(len(mesh.corners), mesh.triangle_count, path)
     vertex, texture, normal = mesh.corners.T - 1
-    used = np.flatnonzero(np.bincount(vertex))
-    if broken := np.count_nonzero(~np.isfinite(mesh.vertices[used]).all(axis=1)):
-        raise InputError(f"{path}: {broken} of {len(used)} vertices have NaN or infinite coordinates")
-
     has_uv, has_normals = (
         mesh.texture is not None and texture.max() >= 0,
         mesh.normals is not None and normal.min() >= 0,

@@ -1,5 +1,6 @@
 """Define the triangles of a mesh file as stored, before they are turned, scaled and given normals."""
 
+import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +16,8 @@ from depthwalk.ingest.formats import GLTF_SUFFIXES
 from depthwalk.ingest.mesh import Material
 from depthwalk.limits import MAX_MESH_TRIANGLES
 from depthwalk.types import Ints, Mask
+
+log = logging.getLogger(__name__)
 
 # Peak memory of `load_mesh` besides the file, measured with files of a million triangles of each format.
 _VERTEX_BYTES, _TRIANGLE_BYTES = 300, 380
@@ -79,14 +82,30 @@ class Soup:
 
 
 def check_geometry(positions: NDArray[Any], faces: NDArray[Any], path: Path) -> None:
-    """Raise InputError unless `positions` (V, 3) are finite and `faces` (F, 3) refer to them; `path` for messages."""
+    """Raise InputError unless `faces` (F, 3) refer to `positions` (V, 3); `path` for messages."""
     if positions.ndim != 2 or positions.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
         raise InputError(f"{path}: vertices need three coordinates and faces at least three corners")
     if faces.size and (faces.min() < 0 or faces.max() >= len(positions)):
         row, column = np.argwhere((faces < 0) | (faces >= len(positions)))[0]
         raise InputError(f"{path}: face {row} refers to vertex {faces[row, column]} of 0 to {len(positions) - 1}")
-    if broken := np.count_nonzero(~np.isfinite(positions).all(axis=1)):
-        raise InputError(f"{path}: {broken} of {len(positions)} vertices have NaN or infinite coordinates")
+
+
+def finite_faces(soup: Soup, path: Path) -> Soup:
+    """Leave out the faces of a file that have a corner with NaN or infinite coordinates, with a warning.
+
+    Raises InputError if no face is left.
+    """
+    is_finite = np.isfinite(soup.positions).all(axis=1)
+    if is_finite.all():
+        return soup
+    kept = is_finite[soup.faces].all(axis=1)
+    left_out, total = len(kept) - np.count_nonzero(kept), len(kept)
+    if left_out == total:
+        raise InputError(f"{path}: all of its {total} triangles have NaN or infinite coordinates")
+    if left_out:
+        log.warning("%s: %d of %d triangles have NaN or infinite coordinates; left out", path, left_out, total)
+    positions = np.where(is_finite[:, None], soup.positions, 0.0)
+    return replace(soup, positions=positions, faces=soup.faces[kept], material=soup.material[kept])
 
 
 def absent(count: int, width: int) -> NDArray[np.float64]:

@@ -125,9 +125,6 @@ def _piece(placed: Placed, palette: _Palette, path: Path) -> Soup:
     faces, polygon = triangulated(positions, polygons.sizes)
     positions = positions @ linear.T + placed.matrix[:3, 3]
     turn = float(np.linalg.det(linear))
-    used = np.bincount(faces.ravel(), minlength=count) > 0
-    if broken := np.count_nonzero(~np.isfinite(positions[used]).all(axis=1)):
-        raise InputError(f"{path}: {broken} of {count} corners have NaN or infinite coordinates")
     if turn < 0:
         faces = faces[:, ::-1]  # mirroring turns the faces inside out
     normals = np.full((count, 3), np.nan)
