@@ -3,6 +3,7 @@
 import os
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -150,7 +151,7 @@ def test_triangles_without_a_place_are_left_out(
     kind = name.split(".")[1] if not name.startswith("text") else {"ply": "ply", "stl": "stl_ascii"}[name[5:]]
     options = {"encoding": "ascii"} if name == "text.ply" else {}
     with np.errstate(invalid="ignore"):  # in normals that trimesh computes
-        data = mesh.export(file_type=kind, **options)
+        data: Any = mesh.export(file_type=kind, **options)
     (tmp_path / name).write_bytes(data.encode() if isinstance(data, str) else data)
     shown = load_mesh(tmp_path / name)
     assert len(shown.faces) == 12 and np.isfinite(shown.positions).all() and np.isfinite(shown.normals).all()

@@ -95,7 +95,7 @@ def finite_faces(soup: Soup, path: Path) -> Soup:
 
     Raises InputError if no face is left.
     """
-    is_finite = np.isfinite(soup.positions).all(axis=1)
+    is_finite: Mask = np.isfinite(soup.positions).all(axis=1)
     if is_finite.all():
         return soup
     kept = is_finite[soup.faces].all(axis=1)
