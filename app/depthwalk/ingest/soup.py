@@ -95,10 +95,10 @@ def finite_faces(soup: Soup, path: Path) -> Soup:
 
     Raises InputError if no face is left.
     """
-    is_finite: Mask = np.isfinite(soup.positions).all(axis=1)
+    is_finite = np.asarray(np.isfinite(soup.positions).all(axis=1))
     if is_finite.all():
         return soup
-    kept = is_finite[soup.faces].all(axis=1)
+    kept = np.asarray(is_finite[soup.faces].all(axis=1))
     left_out, total = len(kept) - np.count_nonzero(kept), len(kept)
     if left_out == total:
         raise InputError(f"{path}: all of its {total} triangles have NaN or infinite coordinates")
