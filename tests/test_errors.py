@@ -21,6 +21,7 @@ def test_a_misspelt_file_is_told_which_one_is_meant(tmp_path: Path) -> None:
     """The file of the same ending that is spelt much like it is named; a folder or a lone name is told as it is."""
     for name in ("garden.yaml", "guarded.ply", "room.yaml"):
         (tmp_path / name).touch()
+    assert "download it" in str(missing_file(Path("https://example.com/a.glb")))
     assert str(missing_file(tmp_path / "gardn.yaml")) == (
         f"{tmp_path / 'gardn.yaml'}: no such file; did you mean 'garden.yaml'?"
     )

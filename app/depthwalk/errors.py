@@ -121,6 +121,8 @@ def missing_file(path: Path) -> InputError:
     """
     if str(path) == "-":
         return InputError("-: standard input is not read; name a file")
+    if path.parts[:1] in (("http:",), ("https:",)):
+        return InputError(f"{path}: nothing is read from the network; download it, and name the file")
     if path.is_dir():
         return InputError(f"{path}: is a folder")
     if path.exists():
