@@ -70,6 +70,7 @@ def _keep_shaders(folder: Path) -> None:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update-goldens", action="store_true", help="replace tests/images and write difference sheets")
+    parser.addoption("--as-gpu", action="store_true", help="have a software rasteriser do what a GPU does instead")
     parser.addoption("--shaders", metavar="FOLDER", help="write the text of all programs that tests link")
     parser.addoption(
         "--most-cpu", type=float, metavar="SECONDS", help="fail tests that take more of a processor and are not slow"
@@ -165,15 +166,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(scope="session")
-def gl_device() -> "Device":
+def gl_device(pytestconfig: pytest.Config) -> "Device":
     """The headless device that all GL tests share; without one they are skipped, and say so."""
     from depthwalk.gpu.failures import GpuError
     from depthwalk.gpu.headless_device import headless_device
 
     try:
-        return headless_device()
+        device = headless_device()
     except GpuError as error:
         pytest.skip(f"no OpenGL here: {error}")
+    if pytestconfig.getoption("as_gpu"):
+        device.software = False
+    return device
 
 
 @pytest.fixture(autouse=True)

@@ -70,7 +70,7 @@ def test_golden(
     placed = [place for place in PLACES if representation is not Representation.MESH or place[0] < 2]
     scene = undithered(*placed, representation=representation, **SKY)
     pixels = studio.picture(scene, library, Camera(position, (0.2, 0.6, 0), 0.8), size=(192, 128))
-    goldens.compare(name, pixels, request.config.getoption("--update-goldens"), studio.device.software)
+    goldens.compare(name, pixels, request.config.getoption("--update-goldens"), studio.device.renderer)
 
 
 def test_golden_multisampled(studio: Studio, library: ShapeLibrary, request: pytest.FixtureRequest) -> None:
@@ -79,7 +79,7 @@ def test_golden_multisampled(studio: Studio, library: ShapeLibrary, request: pyt
     scene.objects.representation[1] = Representation.MESH
     scene.render.aa, scene.render.shadows.enabled = "msaa", True
     pixels = studio.picture(scene, library, Camera((0.3, 1.2, 4.2), (0.2, 0.6, 0), 0.8), size=(192, 128))
-    goldens.compare("msaa", pixels, request.config.getoption("--update-goldens"), studio.device.software)
+    goldens.compare("msaa", pixels, request.config.getoption("--update-goldens"), studio.device.renderer)
 
 
 def test_golden_of_ambient_occlusion(studio: Studio, library: ShapeLibrary, request: pytest.FixtureRequest) -> None:
@@ -88,7 +88,7 @@ def test_golden_of_ambient_occlusion(studio: Studio, library: ShapeLibrary, requ
     scene.objects.representation[1] = Representation.MESH
     scene.render.ambient_occlusion.enabled = True
     pixels = studio.picture(scene, library, Camera((0.3, 1.2, 4.2), (0.2, 0.6, 0), 0.8), size=(192, 128))
-    goldens.compare("ambient-occlusion", pixels, request.config.getoption("--update-goldens"), studio.device.software)
+    goldens.compare("ambient-occlusion", pixels, request.config.getoption("--update-goldens"), studio.device.renderer)
 
 
 def test_golden_of_lamps(studio: Studio, library: ShapeLibrary, request: pytest.FixtureRequest) -> None:
@@ -105,7 +105,7 @@ def test_golden_of_lamps(studio: Studio, library: ShapeLibrary, request: pytest.
     }
     scene = undithered(*PLACES, **SKY | night)
     pixels = studio.picture(scene, library, Camera((0.3, 2.2, 4.6), (0.1, 0.4, 0), 0.8), size=(192, 128))
-    goldens.compare("lamp-shadows", pixels, request.config.getoption("--update-goldens"), studio.device.software)
+    goldens.compare("lamp-shadows", pixels, request.config.getoption("--update-goldens"), studio.device.renderer)
 
 
 LAMPS = [
@@ -166,4 +166,4 @@ def test_golden_of_a_pass(
     environment: dict[str, Any],
 ) -> None:
     pixels = picture(settings, environment)
-    goldens.compare(name, pixels, request.config.getoption("--update-goldens"), studio.device.software, plain)
+    goldens.compare(name, pixels, request.config.getoption("--update-goldens"), studio.device.renderer, plain)
