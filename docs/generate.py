@@ -49,9 +49,9 @@ _SCENE = f"""# Scene files
 
 YAML 1.2, UTF-8, at most {limits.MAX_SCENE_BYTES >> 20} MiB. Start with the [tutorial](tutorial.md).
 `depthwalk check FILE` reports mistakes with line and column: first those of the scene file, then those of the files
-that it names, with the line of the scene that does so. `scenes/scene.schema.json` provides completion in editors.
-Unknown keys are errors, and so are text where a number is expected and a key such as `sky:` with nothing behind it:
-`sky: {{}}` takes the defaults.
+that it names, with the line that names them, except for pictures of sky and ground. `scenes/scene.schema.json` provides
+completion in editors. Unknown keys are errors, and so are text where a number is expected and a key such as `sky:` with
+nothing behind it: `sky: {{}}` takes the defaults.
 
 Paths are relative to the scene file and may not leave its folder; files are also looked up in each `--asset-root` and
 among the program's own assets. Lengths are in metres, angles in degrees, colours in sRGB: `"#rrggbb"`, `"#rgb"`, a

@@ -1,8 +1,8 @@
 """Encode videos: frames are piped to ffmpeg, a separate program, which writes an MP4, GIF or WebP file.
 
 Callers use `video`. It provides a `VideoEncoder` to send frames to, which writes beside the final path, and moves the
-finished file there if everything has succeeded. No format waits for the last frame, so that memory is bounded. ffmpeg
-comes with the package imageio-ffmpeg.
+finished file there if everything has succeeded. Frames are encoded one by one, so that memory does not grow with their
+number; only WebP with alpha keeps all frames, compressed, until the last. ffmpeg comes with the package imageio-ffmpeg.
 """
 
 import errno

@@ -39,7 +39,7 @@ MESSAGES = {
     "truncated.ply": "truncated.ply: truncated: 2 of 4 PLY face elements",
     "truncated.stl": "truncated.stl: no faces",
     "unknown.xyz": "unknown.xyz: '.xyz' is not a mesh format (use .obj, .ply, .stl, .off, .glb, .gltf, .las, .laz, "
-    ".fbx, .dae, .3ds, .3mf); save its points as .ply",
+    ".fbx, .dae, .3ds, .3mf); save it as .ply",
     "vertex_of_two.obj": "vertex_of_two.obj:1: a vertex needs three numbers",
 }
 

@@ -55,5 +55,5 @@ def test_meshes_of_other_programs_are_refused_by_name(suffix: str) -> None:
 
 @pytest.mark.parametrize("suffix", OTHER_POINT_SUFFIXES)
 def test_points_of_other_programs_are_refused_by_name(suffix: str) -> None:
-    with pytest.raises(InputError, match=r"is not a mesh format .*; save its points as \.ply"):
+    with pytest.raises(InputError, match=r"is not a mesh format .*; save it as \.ply"):
         is_mesh_file(Path(f"a{suffix}"))

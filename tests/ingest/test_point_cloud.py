@@ -177,7 +177,7 @@ def test_gaussian_splats_are_a_surface_through_the_opaque_ones(
     file = written(tmp_path, "splats.ply", ply(data, SPLATS))
     with caplog.at_level(logging.WARNING):
         mesh = load_mesh(file)
-    share = f"{COUNT} of {COUNT + len(haze)}, which are at least half opaque"
+    share = f"the {COUNT} of {COUNT + len(haze)} that are at least half opaque"
     told = f"Gaussian splats, drawn as the surface through the centres of {share}"
     assert caplog.messages == [f"{file}: {told}"]
     assert len(mesh.positions) == COUNT and np.ptp(mesh.positions, axis=0).max() < 2.01
@@ -187,10 +187,12 @@ def test_gaussian_splats_are_a_surface_through_the_opaque_ones(
     assert load_mesh(file, coarse=True).is_unlit and not caplog.messages  # it is told with the whole mesh
     head = read_head(file)
     assert head.has_splats and not read_head(written(tmp_path, "scan.ply", ply(BALL, "x y z"))).has_splats
+    double = ply(data, SPLATS).replace(b"property float", b"property double")
+    assert read_head(written(tmp_path, "double.ply", double)).has_splats
     few = written(tmp_path, "few.ply", ply(data[COUNT - 2 : COUNT + 5], SPLATS))
     with pytest.raises(InputError) as error:
         load_mesh(few)
-    assert str(error.value) == f"{few}: {told.replace(f'{COUNT} of {COUNT + len(haze)}', '2 of 7')}: too few"
+    assert str(error.value) == f"{few}: {told.replace(f'{COUNT} of {COUNT + len(haze)}', '2 of 7')}; that is too few"
 
 
 def test_splats_may_have_no_opacity_and_usual_colours(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from depthwalk.errors import InputError, UnbakableError
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
-from depthwalk.scene.scene import DepthImageAsset, MeshAsset, Scene
+from depthwalk.scene.scene import DepthImageAsset, MeshAsset, Scene, told_at
 
 ASSETS = "version: 1\nassets: {baked: {mesh: box.obj, dpci: {}}, plain: {mesh: box.obj}}\n"
 CHECKOUT = Path(__file__).resolve().parents[2]
@@ -283,6 +283,14 @@ def test_a_missing_version_hides_no_other_mistake(tmp_path: Path) -> None:
     names = told("assets: {a: {mesh: gone.ply}}\nobjects: [{asset: b}]")
     assert names[0] == missing and [line[:16] for line in names[1:]] == ["scene.yaml:2:19:", "scene.yaml:1:20:"]
     assert told("version: 2\nassets: {a: {mesh: gone.ply, hight: 3}}") == ["scene.yaml:1:10: version: must be 1, not 2"]
+
+
+def test_errors_about_models_without_a_scene_file_stay_as_they_are() -> None:
+    asset = MeshAsset(name="model", mesh=Path("a.ply"), texture=None, up="y", height=None, dpci=None)
+    error = InputError("a.ply: damaged")
+    with pytest.raises(InputError) as raised, told_at(asset):
+        raise error
+    assert raised.value is error and error.__cause__ is None  # not itself: whoever follows causes would not end
 
 
 def test_a_place_comes_first_once() -> None:

@@ -62,7 +62,7 @@ def check_suffix(path: Path) -> None:
         if known := content(path):
             raise InputError(f"{path}: {known[0]}, no mesh; {known[1]}")
         hint = "; save it as .glb, for example in Blender" if suffix in OTHER_MESH_SUFFIXES else ""
-        hint = "; save its points as .ply" if suffix in OTHER_POINT_SUFFIXES else hint
+        hint = "; save it as .ply" if suffix in OTHER_POINT_SUFFIXES else hint
         raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)}){hint}")
 
 

@@ -13,7 +13,7 @@ from depthwalk.errors import InputError
 _FACES = re.compile(rb"^element[ \t]+(?:face|tristrips)[ \t]+0*[1-9]", re.MULTILINE)
 _ELEMENT = re.compile(rb"^element[ \t]", re.MULTILINE)
 _USUAL = re.compile(rb"^property[ \t]+\w+[ \t]+(?:red|green|blue)[ \t\r]*$", re.MULTILINE)
-_SPLATS = re.compile(rb"^property[ \t]+float(?:32)?[ \t]+f_dc_2[ \t\r]*$", re.MULTILINE)
+_SPLATS = re.compile(rb"^property[ \t]+\w+[ \t]+f_dc_2[ \t\r]*$", re.MULTILINE)
 _PACKED_SPLATS = re.compile(rb"^property[ \t]+uint(?:32)?[ \t]+packed_position[ \t\r]*$", re.MULTILINE)
 _DIFFUSE = re.compile(rb"^(property[ \t]+\w+[ \t]+)diffuse_(red|green|blue)(?=[ \t\r]*$)", re.MULTILINE)
 

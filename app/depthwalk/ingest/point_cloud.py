@@ -80,7 +80,7 @@ def opaque_splats(cloud: PointCloud, harmonics: NDArray[Any], opacity: NDArray[A
         srgb = 0.5 + _SH_0 * np.nan_to_num(harmonics.astype(np.float64))
         colours = (srgb.clip(0, 1) * 255).round().astype(np.uint8)
     kept = np.full(len(colours), True) if opacity is None else opacity[:, 0] >= 0  # where the function is 1/2
-    share = f"{np.count_nonzero(kept)} of {len(kept)}, which are at least half opaque"
+    share = f"the {np.count_nonzero(kept)} of {len(kept)} that are at least half opaque"
     return PointCloud(
         positions=cloud.positions[kept],
         normals=cloud.normals[kept],
@@ -108,7 +108,7 @@ def shown_points(cloud: PointCloud, path: Path) -> Rows:
     rows = rows[np.sort(row_ids(cloud.positions[rows])[1])] if len(rows) else rows
     if len(rows) < 3:
         if cloud.splats:
-            raise InputError(f"{path}: {cloud.splats}: too few")
+            raise InputError(f"{path}: {cloud.splats}; that is too few")
         if path.suffix.lower() in LAS_SUFFIXES:  # which holds nothing but points
             raise InputError(f"{path}: fewer than three points, through which no surface passes")
         raise InputError(f"{path}: no faces, and fewer than three points; lines alone are not drawn")

@@ -131,6 +131,8 @@ def told_at(asset: Asset) -> Iterator[None]:
     try:
         yield
     except InputError as error:
+        if not asset.place:
+            raise
         raise error.at(asset.place) from error
 
 

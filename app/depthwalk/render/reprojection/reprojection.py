@@ -35,8 +35,8 @@ from depthwalk.types import Mask
 
 BEYOND = 1e6  # metres: the distance that stands for the sky, where nothing was drawn
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
-EDGE = 1.2  # how many times farther than a surface that is which is certainly beyond its edge
-EDGE_STEPS = 3  # that halve the way to this edge
+EDGE = 1.2  # what is this many times farther away than a surface is beyond its edge
+EDGE_STEPS = 3  # bisections that find this edge
 DAMPING = 0.75  # least length of a step along a ray ahead, over that which is right for a floor; see search.glsl
 _Seen = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 _CORNERS = places(1)  # of these cells
