@@ -187,7 +187,7 @@ def draw_frames(
         If the GPU fails repeatedly.
     """
     size = headless.size
-    writer = _film_writer(output, size, fps) if output.is_film(len(cameras)) else _still_writer(output, keys, first)
+    writer = _video_writer(output, size, fps) if output.is_video(len(cameras)) else _still_writer(output, keys, first)
     with frame_progress("rendering", len(cameras)) as advance, writer as write_frame:
         for number, camera in enumerate(cameras):
             if not (resume and has_frame(output, first + number, keys[number])):
@@ -216,7 +216,7 @@ def draw_frame(headless: HeadlessRenderer, view: View, output: Output, frame: in
 
 
 @contextmanager
-def _film_writer(output: Output, size: tuple[int, int], fps: float) -> Iterator[WriteFrame]:
+def _video_writer(output: Output, size: tuple[int, int], fps: float) -> Iterator[WriteFrame]:
     """Yield a function that adds the frames to a video, to be called for each in order, with its index."""
     with video(output.file(0), size, fps, transparent=output.transparent) as encoder:
         yield lambda picture, number: encoder.send(picture)

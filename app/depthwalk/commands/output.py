@@ -15,7 +15,7 @@ from depthwalk.types import Picture
 
 JPEG = (".jpg", ".jpeg")
 SUFFIXES = (".png", *JPEG, ".webp", ".exr", ".mp4", ".gif")
-_FILMS = {".mp4": "video", ".gif": "GIF"}  # a .webp file may be a picture, too
+_VIDEOS = {".mp4": "video", ".gif": "GIF"}  # a .webp file may be a picture, too
 _WEBP_SIDE = 16383  # pixels
 _FRAME = re.compile(r"\{frame(?::(\d{1,2}))?\}")
 
@@ -50,9 +50,9 @@ class Output:
         """Return whether each frame has its own file."""
         return _FRAME.search(self.name) is not None
 
-    def is_film(self, count: int) -> bool:
-        """Return whether `count` frames become one file that shows them one after the other: a video, GIF or WebP."""
-        return self.suffix in _FILMS or (self.suffix == ".webp" and count > 1 and not self.is_series)
+    def is_video(self, count: int) -> bool:
+        """Return whether `count` frames become one file that shows them one after the other: MP4, GIF or WebP."""
+        return self.suffix in _VIDEOS or (self.suffix == ".webp" and count > 1 and not self.is_series)
 
     @property
     def is_remote(self) -> bool:
@@ -95,10 +95,10 @@ def check_output(output: Output, frames: Sequence[int], has_path: bool, inputs: 
     if braces := re.search(r"\{[^}]*\}", _FRAME.sub("", name)):
         raise InputError(f"{name}: {braces[0]} is unknown; {{frame}} and {{frame:4}} stand for the frame's number")
     if output.transparent and output.suffix in (*JPEG, ".mp4"):
-        kind = _FILMS.get(output.suffix, "JPEG")
+        kind = _VIDEOS.get(output.suffix, "JPEG")
         raise InputError(f"{name}: --no-background: a {kind} has no alpha; write .png, .webp or .exr")
-    if output.is_film(len(frames)):
-        kind = _FILMS.get(output.suffix, "WebP animation")
+    if output.is_video(len(frames)):
+        kind = _VIDEOS.get(output.suffix, "WebP animation")
         if not has_path:
             raise InputError(f"{name}: a {kind} needs --path or --turntable")
         if output.is_series:
