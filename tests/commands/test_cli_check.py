@@ -102,7 +102,9 @@ def test_check_reads_the_meshes(run: Callable[..., Any], tiny_scene: Path) -> No
     assert run("info", tiny_scene).stderr == result.stderr
 
 
-def test_files_are_told_with_the_first_place_that_names_them(run: Callable[..., Any], tmp_path: Path) -> None:
+def test_files_are_told_with_the_first_place_that_names_them(
+    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     mesh, scene, other = (tmp_path / name for name in ("a.ply", "scene.yaml", "other.ply"))
     mesh.write_bytes(b"no mesh")
     other.write_bytes(b"none either")
@@ -112,6 +114,8 @@ def test_files_are_told_with_the_first_place_that_names_them(run: Callable[..., 
     # What an option names is not in the file.
     assert run("check", scene, "--set", "assets.one.mesh=other.ply").stderr.startswith(f"{other}: not a PLY file\n")
     assert run("check", other).stderr == third
+    monkeypatch.chdir(tmp_path)
+    assert run("check", "scene.yaml").stderr.startswith("scene.yaml:3:8: assets.one: a.ply: not a PLY file\n")
 
 
 def test_lists_of_places_and_advice_are_told_with_their_place(run: Callable[..., Any], tiny_scene: Path) -> None:

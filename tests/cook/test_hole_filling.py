@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from depthwalk.cook.hole_filling import _Boundary, _shortest_rim, _shortest_rims, fill_holes
-from depthwalk.geometry.indexed_triangles import opposite_edges
+from depthwalk.geometry.indexed_triangles import distinct_triangles, opposite_edges
 from depthwalk.types import Array, Ints, Mask
 
 BALL = trimesh.creation.icosphere(subdivisions=3)
@@ -86,3 +86,20 @@ def test_rims_are_found_as_alone() -> None:
     alone = [_shortest_rim(_Boundary(starts, ends), POINT, k, 7 * EDGE, 9) for k in range(len(edge))]
     assert rims == [walk for walk in alone if walk]
     assert len(set(map(len, rims))) > 4 and [] in alone
+
+
+def test_an_edge_is_closed_no_more_often_than_it_is_open() -> None:
+    """Of triangles at random, whose holes share edges."""
+    random = np.random.default_rng(0)
+
+    def edges(triangles: Ints) -> Ints:
+        """Count the edges (30, 30) from each vertex to each."""
+        start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+        return np.bincount(30 * start + end, minlength=900).reshape(30, 30)
+
+    for _ in range(10):
+        point, soup = random.normal(size=(30, 3)), distinct_triangles(random.integers(0, 30, (90, 3)))
+        filled = fill_holes(point, soup, 12.0, 6)
+        added = filled[~(filled[:, None] == soup).all(2).any(1)]
+        is_open = edges(soup).T * (edges(soup) == 0)
+        assert len(added) > 10 and (edges(added) - edges(added).T <= is_open).all()
