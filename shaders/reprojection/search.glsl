@@ -7,6 +7,9 @@
 //
 // For a viewer who has moved ahead that iteration does not converge on a floor nearer than the way that was gone: it finds the
 // floor behind the viewer, and then what is at the vanishing point. So steps are damped, see `next_along`.
+//
+// COVERED: only surfaces show that a search finds without looking midway, see `search` and `place_shown`. With DISTANCE, where
+// `covered` is set.
 #from depthwalk.render.reprojection.reprojection import FIXED_POINT_STEPS, HIDDEN, DAMPING, EDGE, EDGE_STEPS
 uniform sampler2D distances;    // metres ahead, negative beside a nearer surface
 uniform sampler2D nearest;      // the least of them ahead of the new camera, by cells of the screen
@@ -19,6 +22,14 @@ uniform vec2 half_extent;       // tangents of half the picture's angles
 uniform sampler2D velocities;   // of surfaces that move by themselves, m/s (velocity.frag)
 uniform float elapsed;          // seconds since the picture's moment
 uniform sampler2D nearest_moved;    // the nearest of these ahead of the new camera, by cells of the screen; gba: its `shift_at`
+#endif
+
+#ifdef DISTANCE
+uniform bool covered;
+#elif defined COVERED
+const bool covered = true;
+#else
+const bool covered = false;
 #endif
 
 struct Found {
@@ -67,14 +78,18 @@ float next_along(float along, float expected, float ahead, vec2 place, vec3 shif
 
 // Looks for the surface on a ray, first at a distance along it, for one that has moved by `shift`. Where a surface has moved by
 // itself, the picture shows it in the place that it came from.
-Found search(vec3 ray, float along, vec4 shift) {
+//
+// midway: where the first step would pass from a near surface to what is far behind it, it goes half as far, measured in inverse
+// distance: something narrow may stand in between. One more step follows.
+Found search(vec3 ray, float along, vec4 shift, bool midway) {
     vec3 point = viewer + along * ray - shift.xyz;
     vec2 place = place_of(point), behind = place;
     float ahead = texture(distances, place).r, expected = point.z;
     vec3 passed = vec3(abs(ahead), expected, along);
-    for (int k = 0; k < FIXED_POINT_STEPS; ++k) {
+    for (int k = midway ? -1 : 0; k < FIXED_POINT_STEPS; ++k) {
         shift = shift_at(place);
-        along = next_along(along, expected, abs(ahead), place, shift.xyz);
+        float next = next_along(along, expected, abs(ahead), place, shift.xyz);
+        along = k < 0 && next > EDGE * along ? 2.0 / (1.0 / along + 1.0 / next) : next;
         point = viewer + along * ray - shift.xyz;
         place = place_of(point);
         ahead = texture(distances, place).r;
@@ -95,22 +110,19 @@ bool is_lost(Found found) { return is_hidden(found) || HIDDEN * abs(found.ahead)
 
 // Returns the place of the picture to show on a ray, from what the search has found there.
 //
-// Where the search is lost, and the farthest surface that it passed would go on behind a nearer one, which is not on the ray,
-// the picture lacks what the ray shows. Then what is beside the nearer surface is shown as it is at the edge, which is found by
-// bisection. Where the search passed it, it is as far from the edge as the ray is: all that is there would be shown twice.
-//
-// COVERED: this is left out.
+// Where the search is lost, the farthest surface that it passed is shown where it goes on to the ray. If that is behind a nearer
+// one, which is not on the ray, the picture lacks what the ray shows. Then what is beside the nearer surface is shown as it is at
+// the edge, which is found by bisection. Where the search passed it, it is as far from the edge as the ray is: all that is there
+// would be shown twice.
 vec2 place_shown(vec3 ray, Found found) {
     vec2 place = is_hidden(found) ? found.behind : found.place;
-#ifndef COVERED
-    if (!is_lost(found)) return place;
+    if (covered || !is_lost(found)) return place;
     vec3 shift = shift_at(found.behind).xyz;
     float along = next_along(found.passed.z, found.passed.y, found.passed.x, found.behind, shift);
     vec3 point = viewer + along * ray - shift;
     vec2 low = found.behind, high = place_of(point);
-    if (high != clamp(high, 0.0, 1.0)) return high; // beyond the picture's edges
     float nearer = abs(texture(distances, high).r), edge = min(sqrt(nearer * found.passed.x), EDGE * nearer);
-    if (nearer >= HIDDEN * point.z) return place;
+    if (nearer >= HIDDEN * point.z || high != clamp(high, 0.0, 1.0)) return high; // seen, or beyond the picture's edges
     shift = shift_at(high).xyz;
     vec2 nearest = place_of(viewer + next_along(along, point.z, nearer, high, shift) * ray - shift);
     if (abs(texture(distances, nearest).r) < edge) return nearest;
@@ -119,18 +131,16 @@ vec2 place_shown(vec3 ray, Found found) {
         if (abs(texture(distances, between).r) > edge) low = between;
         else high = between;
     }
-    place = low;
-#endif
-    return place;
+    return low;
 }
 
 // Returns what is on the ray through a place of the screen: the nearer of what a search for a surface that stays finds, and one
 // for a surface that may have come there by itself.
 Found surface_on(vec3 ray, vec2 place) {
-    Found stays = search(ray, nearest_along(place), vec4(0.0));
+    Found stays = search(ray, nearest_along(place), vec4(0.0), !covered);
 #ifdef MOVED
     vec4 start = texture(nearest_moved, place * cells_shown);
-    Found came = search(ray, start.x, vec4(start.yzw, 1.0));
+    Found came = search(ray, start.x, vec4(start.yzw, 1.0), false);
     bool is_there = came.assumed > 0.0 && came.moves > 0.0 && abs(abs(came.ahead) - came.expected) < (1.0 - HIDDEN) * came.expected;
     if (is_there && (is_hidden(stays) || came.along < stays.along)) return came;
 #endif

@@ -146,10 +146,13 @@ def _search(
     nearest: Array,
     at: Array,
     velocities: Array | None,
+    *,
+    midway: bool,
     start_shift: Array | None = None,
 ) -> _Found:
     """Find what positions (n, 2) of another camera's screen show. Other arguments: see `_near_points`, `sources`.
 
+    midway: whether the first step, where it is long, goes half as far, in inverse distance, and another one follows.
     start_shift: by how much (n, 3) the surface has moved by itself that is looked for; None: it stays.
     """
     viewer = seen_from(picture, view)[1]
@@ -161,10 +164,11 @@ def _search(
     ahead = look_up(distances, place)
     along, expected = nearest, points[:, 2]
     passed = np.column_stack([ahead, expected, along])
-    for _ in range(FIXED_POINT_STEPS):
+    for k in range(-midway, FIXED_POINT_STEPS):
         if velocities is not None:
             moves, shift = _shift_at(picture, view, velocities, place)
-        along = _next_along(picture, view, along, expected, ahead, place, shift)
+        step = _next_along(picture, view, along, expected, ahead, place, shift)
+        along = np.where((k < 0) & (step > EDGE * along), 2 / (1 / along + 1 / step), step)
         points = viewer + along[:, None] * rays - shift
         place, expected = _place_of(picture, points), points[:, 2]
         ahead = look_up(distances, place)
@@ -175,7 +179,7 @@ def _search(
     is_there = moves & does_move & (np.abs(ahead - expected) < (1 - HIDDEN) * expected)
     place, is_lost = np.where(hidden[:, None], behind, place), hidden | (ahead * HIDDEN > expected)
     uncovered = np.where(
-        is_lost[:, None], _beside(picture, distances, view, rays, behind, passed, place, velocities), place
+        is_lost[:, None], _beside(picture, distances, view, rays, behind, passed, velocities), place
     )
     return _Found(place, hidden, along.astype(float), is_there, is_lost, uncovered)
 
@@ -206,7 +210,6 @@ def _beside(
     rays: Array,
     behind: Array,
     passed: Array,
-    otherwise: Array,
     velocities: Array | None,
 ) -> NDArray[np.float64]:
     """Return what to show where searches are lost: `place_shown` of shaders/reprojection/search.glsl.
@@ -220,8 +223,6 @@ def _beside(
     behind, passed
         (n, 2) positions of the farthest surfaces that were passed, and (n, 3) how far they are, should be, and are
         along the ray, metres.
-    otherwise
-        (n, 2) positions that are returned where these surfaces would go on visibly.
     """
     viewer = seen_from(picture, view)[1]
 
@@ -243,22 +244,24 @@ def _beside(
         low, high = np.where(is_farther, between, low), np.where(is_farther, high, between)
     is_visible, is_beyond = nearer >= HIDDEN * expected, (goes_on != goes_on.clip(0, 1)).any(-1)
     found = np.where((look_up(distances, nearest) < edge)[:, None], nearest, low)
-    return np.where(is_beyond[:, None], goes_on, np.where(is_visible[:, None], otherwise, found))
+    return np.where((is_visible | is_beyond)[:, None], goes_on, found)
 
 
-def _surfaces_on(picture: View, distances: Array, view: View, at: Array, velocities: Array | None) -> _Found:
+def _surfaces_on(
+    picture: View, distances: Array, view: View, at: Array, velocities: Array | None, *, midway: bool = True
+) -> _Found:
     """Find what positions (n, 2) of another camera's screen show, where anything may have come that moves by itself.
 
-    Other arguments: see `sources`.
+    Other arguments: see `sources` and `_search`.
     """
     cell = at * np.array(view.size) / CELL
     nearest = nearest_seen(picture, distances, view)
-    stays = _search(picture, distances, view, _of_cell(nearest, cell), at, velocities)
+    stays = _search(picture, distances, view, _of_cell(nearest, cell), at, velocities, midway=midway)
     if velocities is None:
         return stays
     moved = nearest_moved(picture, distances, view, velocities)
     start = np.stack([_of_cell(moved[..., k], cell) for k in range(4)], -1)
-    came = _search(picture, distances, view, start[:, 0], at, velocities, start[:, 1:])
+    came = _search(picture, distances, view, start[:, 0], at, velocities, midway=False, start_shift=start[:, 1:])
     better = (start[:, 0] < BEYOND) & came.is_there & (stays.hidden | (came.along < stays.along))
     return _Found(
         np.where(better[:, None], came.place, stays.place),
@@ -297,9 +300,13 @@ def tiles(
     nearest = nearest_seen(picture, distances, view)
     moved = None if velocities is None else nearest_moved(picture, distances, view, velocities)[..., 0]
     lattice = np.indices((2 * rows + 1, 2 * columns + 1))[::-1].reshape(2, -1).T * TILE / 2
-    found = _search(picture, distances, view, _of_cell(nearest, lattice / CELL), lattice / size, None)
+    start = _of_cell(nearest, lattice / CELL)
+    found, passing = (
+        _search(picture, distances, view, start, lattice / size, None, midway=midway) for midway in (True, False)
+    )
     place, seen = found.place.reshape(2 * rows + 1, -1, 2), ~found.hidden.reshape(2 * rows + 1, -1)
-    lost = found.is_lost.reshape(seen.shape)
+    differs = np.abs(passing.along - found.along) >= (1 - HIDDEN) * found.along
+    lost = (found.is_lost | differs).reshape(seen.shape)
     corners, pixels, rough = place[::2, ::2], np.array(picture.size), roughness(distances, velocities)
     classes = np.full((rows, columns), int(TileClass.SEARCHED))
     for row, column in np.ndindex(rows, columns):
@@ -365,8 +372,11 @@ def sources(picture: View, distances: Array, view: View, velocities: Array | Non
     at = (pixel + 0.5) / view.size
     tile_classes = classes[pixel[:, 1] // TILE, pixel[:, 0] // TILE]
     found = _surfaces_on(picture, distances, view, at, None)
-    exact = found.place
-    place = np.where((tile_classes == TileClass.SEARCHED)[:, None], exact, found.uncovered)
+    covered = _surfaces_on(picture, distances, view, at, None, midway=False)
+    is_covered = tile_classes == TileClass.SEARCHED
+    exact = np.where(is_covered[:, None], covered.place, found.place)
+    place = np.where(is_covered[:, None], exact, found.uncovered)
+    found = found._replace(hidden=np.where(is_covered, covered.hidden, found.hidden))
     if velocities is not None:
         moving = _surfaces_on(picture, distances, view, at, velocities)
         may_move = np.isin(tile_classes, (TileClass.MOVED, TileClass.AROUND))[:, None]

@@ -23,13 +23,13 @@ ASIDE = Camera((0.15, 1.25, 3.8), (0.3, 0.6, 0.0), 0.8)
 
 
 class Moving(OnScreen):
-    """A crate and a ball on the ground, or a crate before a post, of which one picture is kept."""
+    """A crate and a ball on the ground, or a crate before a post so wide, of which one picture is kept."""
 
-    def __init__(self, device: Device, margin: float = 0.0, camera: Camera = HERE, post: bool = False) -> None:
+    def __init__(self, device: Device, margin: float = 0.0, camera: Camera = HERE, post: float = 0.0) -> None:
         shapes = [box(1.0, 1.0, 1.0, (0, 0.5, 0)), sphere(0.5, 64, 32)]
         places = [(0, (-0.6, 0.0, 0.0), 0.4, 1.0), (1, (0.9, 0.5, 1.2), 0.0, 1.0)]
         if post:
-            shapes[1] = box(0.6, 3.0, 0.1, (0, 0.5, 0), colour=(250, 10, 10))
+            shapes[1] = box(post, 3.0, 0.1, (0, 0.5, 0), colour=(250, 10, 10))
             places = [(0, (0.0, 0.0, 0.0), 0.0, 1.0), (1, (-1.45, 0.0, -3.0), 0.0, 1.0)]
         library = ShapeLibrary(shapes, [None, None])
         scene = scene_of(*places, representation=Representation.MESH)
@@ -124,12 +124,22 @@ def test_a_moved_picture_is_nearer_to_the_truth_than_the_old_one(gl_device: Devi
 def test_what_stands_beside_a_nearer_object_is_shown_once(gl_device: Device) -> None:
     """The post beside a crate, from 0.5 m aside: the wider gap between both is not filled with another post."""
     start, end = (Camera((x, 1.2, 4.0), (x, 0.6, 0.0), 0.8) for x in (0.0, -0.5))
-    with Moving(gl_device, 0.2, start, post=True) as stage:
+    with Moving(gl_device, 0.2, start, post=0.6) as stage:
         shown, true = (picture[60:72] for picture in (stage.moved(end), stage.true(end)))
     red = [(picture[..., 0] > 2 * picture[..., 1]).mean(0) > 0.5 for picture in (shown, true)]
     first, last = np.flatnonzero(red[1])[[0, -1]]
     assert last - first > 8 and red[0][first : last + 1].mean() > 0.8
     assert not red[0][: first - 1].any() and not red[0][last + 2 :].any()
+
+
+@pytest.mark.parametrize(("wide", "aside"), [(0.15, -0.2), (0.15, 0.2), (0.3, 0.4)])
+def test_a_narrow_thing_beside_a_nearer_object_is_shown(gl_device: Device, wide: float, aside: float) -> None:
+    """A post in one cell with the crate: the first step from the crate's distance leads past it."""
+    start, end = (Camera((x, 1.2, 4.0), (x, 0.6, 0.0), 0.8) for x in (0.0, aside))
+    with Moving(gl_device, 0.2, start, post=wide) as stage:
+        shown, true = (picture[60:72] for picture in (stage.moved(end), stage.true(end)))
+    red = [picture[..., 0] > 2 * picture[..., 1] for picture in (shown, true)]
+    assert red[1].sum() > 30 and (red[0] & red[1]).sum() > 0.9 * red[1].sum()
 
 
 def test_places_in_a_moved_picture_have_the_distances_of_the_surfaces(gl_device: Device) -> None:

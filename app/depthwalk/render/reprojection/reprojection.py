@@ -194,11 +194,8 @@ class Reprojection:
     def _show_moved(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
         """Show the picture to a camera that stands elsewhere; `seen` is what `seen_from` returns."""
         assert self.view is not None and self._shown is not None
-        self._move_cells(view, *seen[:2])
+        shown = self._classify(view, seen) | self._picture_uniforms(view)
         moved = ("MOVED",) if self._shown.moves else ()
-        search = self._search_uniforms(view, seen)
-        self._tiles.classify(view.size, self._shown.roughness, search, view.focal_pixels, 3, moved)
-        shown = search | self._picture_uniforms(view)
         programs = {
             TileClass.SEARCHED: self._tile_programs[("COVERED",)],
             TileClass.UNCOVERED: self._tile_programs[()],
@@ -210,6 +207,15 @@ class Reprojection:
             around = self._around_uniforms(view, 5) if tile_class == TileClass.AROUND else {}
             program.set(**shown, **around)
         self._tiles.draw(screen, programs, picture=0, unit=3)
+
+    def _classify(self, view: View, seen: _Seen) -> dict[str, object]:
+        """Decide how the tiles of a view's screen are drawn; return the uniforms to search the picture from there."""
+        assert self._shown is not None
+        self._move_cells(view, *seen[:2])
+        search = self._search_uniforms(view, seen)
+        moved = ("MOVED",) if self._shown.moves else ()
+        self._tiles.classify(view.size, self._shown.roughness, search, view.focal_pixels, 3, moved)
+        return search
 
     def _show_turned(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
         """Show the picture to a camera that stands where the picture's camera stood."""
@@ -348,10 +354,10 @@ class Reprojection:
         """
         if self.view is None:
             return math.inf
-        seen = seen_from(self.view, view)
-        self._move_cells(view, *seen[:2])
+        search = self._classify(view, seen_from(self.view, view))
+        covered = self._tiles.class_at(view.size, across, 1 - down) == TileClass.SEARCHED
         program, (texture, framebuffer) = self._distance
-        program.set(**self._search_uniforms(view, seen), place_asked=(across, 1 - down))
+        program.set(**search, place_asked=(across, 1 - down), covered=covered)
         with self._gl.state(into=framebuffer):
             program.fill()
         (distance,) = np.frombuffer(texture.read(), np.float32).tolist()

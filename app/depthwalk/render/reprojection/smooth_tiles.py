@@ -11,6 +11,7 @@ from functools import partial
 from typing import NamedTuple
 
 import moderngl
+import numpy as np
 
 from depthwalk.gpu.device import PROGRAM_POINT_SIZE, Scope
 from depthwalk.gpu.failures import GpuError
@@ -119,6 +120,14 @@ class SmoothTiles:
         classify.set(**search, pixel=pixel, focal_pixels=focal_pixels, places=unit, roughness=unit + 1)
         with self._gl.state(into=classes.framebuffer):
             classify.fill()
+
+    def class_at(self, size: tuple[int, int], across: float, up: float) -> TileClass:
+        """Return what `classify` has decided for the tile at a place of the screen, 0 to 1. Waits for the GPU."""
+        assert self._made is not None
+        classes = self._made.classes.texture
+        found = np.frombuffer(classes.read(), np.float32).reshape(classes.size[::-1])
+        column, row = (int(part * side) // TILE for part, side in zip((across, up), size, strict=True))
+        return TileClass(int(found[min(row, len(found) - 1), min(column, found.shape[1] - 1)]))
 
     def draw(
         self, screen: moderngl.Framebuffer, programs: dict[TileClass, Program], *, picture: int, unit: int
