@@ -2,7 +2,7 @@
 // cell, as far ahead as that surface. Coordinates are those of reprojection.frag.
 //
 // MOVED: that of the nearest surface that moves by itself.
-#from depthwalk.render.reprojection.cell_size import CELL
+#from depthwalk.render.reprojection.nearest_cells import CELL
 #from depthwalk.render.reprojection.reprojection import BEYOND, LEAST_AHEAD
 uniform sampler2D nearest;          // of each cell, metres; with MOVED its velocity, m/s, and metres
 uniform float elapsed;              // with MOVED: seconds since the picture's moment

@@ -1,5 +1,5 @@
 // Writes the distance ahead of the nearest surface in each cell of a finished picture, metres.
-#from depthwalk.render.reprojection.cell_size import CELL, STRIDE
+#from depthwalk.render.reprojection.nearest_cells import CELL, STRIDE
 uniform sampler2D distances;
 
 layout(location = 0) out float nearest;

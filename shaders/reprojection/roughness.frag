@@ -2,7 +2,7 @@
 // plane through those at its corners, 1/m. A plane of the scene has inverse distances that are linear in the picture.
 //
 // MOVED: `MOVES` where anything moves by itself in the cell of `CELL` pixels around it.
-#from depthwalk.render.reprojection.cell_size import CELL
+#from depthwalk.render.reprojection.nearest_cells import CELL
 #from depthwalk.render.reprojection.reprojection import BEYOND
 #from depthwalk.render.reprojection.smooth_tiles import MOVES, ROUGHNESS_CELL
 uniform sampler2D distances;

@@ -5,7 +5,7 @@ import pytest
 
 from depthwalk.reference.finished_picture import beside_nearer, nearest_in_cells, roughness
 from depthwalk.reference.reprojection import nearest_seen, sources, tiles
-from depthwalk.render.reprojection.cell_size import CELL
+from depthwalk.render.reprojection.nearest_cells import CELL
 from depthwalk.render.reprojection.reprojection import BEYOND, REFLECTED
 from depthwalk.render.reprojection.smooth_tiles import ROUGHNESS_CELL, TILE, TileClass
 from depthwalk.render.view.view import View

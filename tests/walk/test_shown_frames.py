@@ -126,6 +126,30 @@ def test_who_turns_quickly_waits_for_no_frame_and_sees_what_is_there(
         assert np.median(off) <= 4 and off.mean() < 12
 
 
+def test_who_outruns_the_frames_is_shown_on_the_way(sliced: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At first where the last frame still holds most of what is seen; then where the viewer is."""
+    most, camera = 0.1, Camera((3.0, 1.2, 3.0), (3.0, 0.6, -1.0), 0.8)
+    monkeypatch.setattr("depthwalk.walk.shown_frames._MOST_UNCOVERED", most)
+    sliced.rest()
+    reprojection = sliced.frames._reprojection
+    assert reprojection.uncovered(np.array(camera.position)) > 1.5 * most
+    sliced.frames.note(camera, 0.02, SIZE)
+    sliced.frames.draw(View(camera, SIZE), sliced.screen)
+    shown, view = sliced.pixels(), sliced.frames.view
+    assert view is not None and 0.5 < view.camera.position[0] < 2.5
+    assert tuple(view.camera.look) == pytest.approx(tuple(camera.look))
+    assert reprojection.uncovered(view.position) == pytest.approx(most)
+    for _ in range(500):
+        sliced.frames.work()
+        sliced.frames.note(camera, 0.02, SIZE)
+        sliced.frames.draw(View(camera, SIZE), sliced.screen)
+        if sliced.frames.is_current:
+            break
+    assert sliced.frames.view == View(camera, SIZE)
+    off = np.abs(shown - sliced.true(view.camera)).max(-1)
+    assert (off > 20).mean() < 0.12
+
+
 def test_who_jumps_and_turns_waits_for_a_frame(sliced: Window) -> None:
     sliced.rest()
     camera = turned(180, right=9.0)

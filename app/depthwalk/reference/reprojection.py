@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.reference.finished_picture import beside_nearer, nearest_in_cells, nearest_moving, roughness
-from depthwalk.render.reprojection.cell_size import CELL
+from depthwalk.render.reprojection.nearest_cells import CELL
 from depthwalk.render.reprojection.reprojection import (
     BEYOND,
     DAMPING,
@@ -178,9 +178,7 @@ def _search(
     hidden = np.asarray(ahead < HIDDEN * expected) | (does_move & ~moves)
     is_there = moves & does_move & (np.abs(ahead - expected) < (1 - HIDDEN) * expected)
     place, is_lost = np.where(hidden[:, None], behind, place), hidden | (ahead * HIDDEN > expected)
-    uncovered = np.where(
-        is_lost[:, None], _beside(picture, distances, view, rays, behind, passed, velocities), place
-    )
+    uncovered = np.where(is_lost[:, None], _beside(picture, distances, view, rays, behind, passed, velocities), place)
     return _Found(place, hidden, along.astype(float), is_there, is_lost, uncovered)
 
 

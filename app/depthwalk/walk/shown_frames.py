@@ -9,12 +9,14 @@ while they are shown. If nothing changes any more, nothing is drawn.
 import time
 from collections.abc import Callable
 from copy import deepcopy
+from dataclasses import replace
 from typing import Any
 
 import moderngl
 import numpy as np
 from pyglm import glm
 
+from depthwalk.geometry.vectors import components
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.reprojection.reprojection import Reprojection
 from depthwalk.render.view.view import View
@@ -27,6 +29,7 @@ from depthwalk.walk.still_slices import StillSlices
 
 _SETTLING = 2, 8  # fewest and most frames that are drawn after the last change
 _MOST_UNSEEN = 0.5  # of the window: if the last frame lacks more, the window waits for the next one
+_MOST_UNCOVERED = 0.2  # of the picture: if the steps since the last frame uncover more, the last of them are not shown
 _SHOWN_FOR = 1.5  # times the time to draw a frame: its mean age while it is shown
 _FARTHEST_AHEAD = 1.0  # s
 
@@ -63,6 +66,7 @@ class ShownFrames:
         self._known: tuple[Any, ...] = ()  # everything else in that call
         self._settled = 0  # frames drawn since either changed, without interactive ones
         self._still = StillSlices(renderer)
+        self._is_outrun = False  # whether the last picture showed the viewer on the way, see `_within_reach`
         self._unshown = False  # whether something is finished that no picture has shown
 
     @property
@@ -203,6 +207,7 @@ class ShownFrames:
         if self._has_jumped or self._reprojection.unseen(view) > _MOST_UNSEEN:  # or before the first frame
             view = self._view = self._catch_up(view)
             finished = True
+        view = self._view = self._within_reach(view)
         self._reprojection.show(view, screen)
         return finished
 
@@ -270,6 +275,21 @@ class ShownFrames:
         self._has_jumped = False
         return view
 
+    def _within_reach(self, view: View) -> View:
+        """Return the view, or one on the way to it, up to where the last frame still holds most of what is seen there.
+
+        It looks where the viewer looks. Torn pictures would show the last steps of a viewer who is too quick for the
+        frames; waiting for the next frame would stop the picture altogether.
+        """
+        source = self._reprojection.view
+        uncovered = self._reprojection.uncovered(view.position)
+        self._is_outrun = source is not None and uncovered > _MOST_UNCOVERED
+        if source is None or not self._is_outrun:
+            return view
+        back = glm.dvec3(*(1 - _MOST_UNCOVERED / uncovered) * (source.position - view.position))
+        place, target = (components(glm.dvec3(*at) + back) for at in (view.camera.position, view.camera.target))
+        return View(replace(view.camera, position=place, target=target), view.size)
+
     def finish(self) -> None:
         """Draw the rest of a frame in progress; call this before the scene or its settings change."""
         self._still.drop()
@@ -321,8 +341,9 @@ class ShownFrames:
 
     @property
     def _slice_seconds(self) -> float:
+        """Return how long to draw between pictures: longer if those show nothing new, or the viewer outruns the frames."""
         seconds = self._renderer.settings.reprojection.slice / 1e3
-        return seconds if self._moved else longest(seconds)
+        return seconds if self._moved and not self._is_outrun else longest(seconds)
 
     def _advance(self, seconds: float) -> bool:
         """Continue with the frame for about `seconds`; return whether it is finished."""

@@ -15,7 +15,7 @@ from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program
 from depthwalk.render.image import Image
-from depthwalk.render.reprojection.cell_size import CELL
+from depthwalk.render.reprojection.nearest_cells import CELL
 from depthwalk.render.view.view import View
 from depthwalk.render.world.moving_objects import MovingObjects
 

@@ -20,9 +20,9 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.render.image import Image
-from depthwalk.render.reprojection.cell_size import CELL
 from depthwalk.render.reprojection.depth_picture import DepthPicture, DepthPictures
 from depthwalk.render.reprojection.moving_surfaces import MovingImages, MovingSurfaces
+from depthwalk.render.reprojection.nearest_cells import CELL, openings
 from depthwalk.render.reprojection.picture_cells import CELL_COLUMNS, CELL_ROWS, VERTEX_SHADER, fill_cells, places
 from depthwalk.render.reprojection.smooth_tiles import VERTEX_SHADER as TILE_VERTEX_SHADER
 from depthwalk.render.reprojection.smooth_tiles import SmoothTiles, TileClass
@@ -31,7 +31,7 @@ from depthwalk.render.targets import Targets
 from depthwalk.render.view.field_of_view import shows, spread_rays
 from depthwalk.render.view.view import View
 from depthwalk.render.world.moving_objects import MovingObjects
-from depthwalk.types import Mask
+from depthwalk.types import Array, Mask
 
 BEYOND = 1e6  # metres: the distance that stands for the sky, where nothing was drawn
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
@@ -129,6 +129,7 @@ class Reprojection:
         self._drawn: _Picture | None = None  # the one being drawn
         self._cells: _Cells | None = None
         self._rehearsed = False
+        self._openings: NDArray[np.float64] | None = None  # of the finished picture, once asked for
 
     def canvas(self, size: tuple[int, int]) -> moderngl.Framebuffer:
         """Return the framebuffer of `size` (width, height), pixels, to draw the next picture into."""
@@ -163,7 +164,7 @@ class Reprojection:
             nearest_moving = drawn.moving.nearest.texture
         self._tiles.measure(picture.distances.texture, drawn.roughness, nearest_moving)
         self._shown, self._drawn = self._drawn, self._shown
-        self.view = view
+        self.view, self._openings = view, None
         self.surround.take(picture, view)
 
     def show_canvas(self, screen: moderngl.Framebuffer) -> None:
@@ -338,6 +339,22 @@ class Reprojection:
         rays = spread_rays(view, *_JUDGED)
         beyond = rays[~shows(self.view, rays @ self.view.axes.T)]
         return float((~self.surround.holds(beyond, view.position)).sum() / len(rays))
+
+    def uncovered(self, position: Array) -> float:
+        """Return about which part of a view the finished picture lacks because something nearer covers it there.
+
+        It grows in proportion to the way from the picture's camera; 0 without a picture.
+
+        position: of the viewer, (3,), world, metres.
+        """
+        if self.view is None or self._shown is None:
+            return 0.0
+        if self._openings is None:
+            texture = self._shown.nearest.texture
+            nearest = np.frombuffer(texture.read(), np.float32).reshape(texture.size[::-1])
+            self._openings = openings(nearest, self.view, EDGE)
+        step = self.view.axes @ (position - self.view.position)
+        return float(np.maximum(self._openings @ step, 0).sum())
 
     def distance_at(self, view: View, across: float, down: float) -> float:
         """Return the distance of the surface that `show` shows at a place. Waits for the GPU.
