@@ -6,8 +6,8 @@ What is found by pixels and cells of the picture is used by `reference.reproject
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.reprojection.nearest_cells import CELL, MOVING_STRIDE, STRIDE
 from depthwalk.render.reprojection.moving_surfaces import BASE, GROWN
+from depthwalk.render.reprojection.nearest_cells import CELL, MOVING_STRIDE, STRIDE
 from depthwalk.render.reprojection.reprojection import BEYOND, HIDDEN
 from depthwalk.render.reprojection.smooth_tiles import MOVES, ROUGHNESS_CELL
 from depthwalk.render.view.view import View

@@ -341,7 +341,7 @@ class ShownFrames:
 
     @property
     def _slice_seconds(self) -> float:
-        """Return how long to draw between pictures: longer if those show nothing new, or the viewer outruns the frames."""
+        """Return how long to draw between pictures: longer if those show little that is new."""
         seconds = self._renderer.settings.reprojection.slice / 1e3
         return seconds if self._moved and not self._is_outrun else longest(seconds)
 

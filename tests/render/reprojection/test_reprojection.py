@@ -199,17 +199,19 @@ def test_it_knows_how_much_of_a_view_the_picture_lacks(gl_device: Device) -> Non
 
 
 def test_it_knows_how_much_a_step_uncovers(gl_device: Device) -> None:
-    """A crate of one metre whose front is 3.5 m away, before the sky and a floor: twice its height, from 1.2 m above it.
+    """A crate of one metre whose front is 3.5 m away, its middle as high as the camera, before sky and floor.
 
-    A step of 0.2 m aside uncovers a strip as wide as it moves against the sky, and somewhat less against the floor.
+    A step aside of 0.2 m uncovers a strip beside it, as wide as it moves against the sky; less against the floor.
     """
     start = Camera((0.0, 0.5, 4.0), (0.0, 0.5, 0.0), 0.8)
     with Moving(gl_device, 0.0, start, post=0.01) as stage:
-        across, high = 2 * np.tan(0.4) * 4 / 3, 2 * np.tan(0.4)
-        strip = 0.2 / 3.5 / across * (1 / 3.5 / high)
-        aside = [stage.reprojection.uncovered(np.array((x, 0.5, 4.0))) for x in (0.0, 0.2, -0.2, 0.4)]
-    assert aside[0] == 0 and aside[1:3] == pytest.approx([strip, strip], rel=0.5)
-    assert aside[3] == pytest.approx(2 * aside[1])
+        high = 2 * np.tan(0.4)
+        strip = 0.2 / 3.5 / (high * 4 / 3) * (1 / 3.5 / high)
+        still, right, left, farther = (
+            stage.reprojection.uncovered(np.array((x, 0.5, 4.0))) for x in (0.0, 0.2, -0.2, 0.4)
+        )
+    assert still == 0 and (right, left) == pytest.approx((strip, strip), rel=0.5)
+    assert farther == pytest.approx(2 * right)
 
 
 def test_everything_is_released(gl_device: Device) -> None:

@@ -31,16 +31,15 @@ def openings(nearest: Array, picture: View, edge: float) -> NDArray[np.float64]:
         nearer surface covers more. To the first order, that is for steps that are short beside the distances.
     """
     inverse = 1 / np.asarray(nearest, np.float64)
-    rows, columns = inverse.shape
-    y, x = np.indices(inverse.shape)
-    size, half_extent = np.array(picture.size) / CELL, np.array(picture.half_extent)
+    size, half_extent = np.array(picture.size) / CELL, picture.half_extent
     found = []
-    for axis, at in ((1, x), (0, y)):
-        here, there = (np.delete(inverse, end, axis) for end in (-1, 0))
+    for axis in (0, 1):  # to the right and up
+        here, there = (np.delete(inverse, end, 1 - axis) for end in (-1, 0))
+        border = np.indices(here.shape)[1 - axis] + 1  # between both, in cells
         is_edge = np.maximum(here, there) > edge * np.minimum(here, there)
-        k = 1 - axis  # of x and y in the picture
-        tangent = (2 * (np.delete(at, 0, axis) / size[k]) - 1) * half_extent[k]
-        step = (there - here)[is_edge] / (2 * half_extent[k] * size[1 - k])
-        found.append(np.zeros((len(step), 3)))
-        found[-1][:, k], found[-1][:, 2] = -step, step * tangent[is_edge]
+        step = (there - here)[is_edge] / (2 * half_extent[axis] * size[1 - axis])
+        opening = np.zeros((len(step), 3))
+        opening[:, axis] = -step
+        opening[:, 2] = step * (2 * border[is_edge] / size[axis] - 1) * half_extent[axis]
+        found.append(opening)
     return np.concatenate(found)
