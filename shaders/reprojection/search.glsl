@@ -8,8 +8,7 @@
 // For a viewer who has moved ahead that iteration does not converge on a floor nearer than the way that was gone: it finds the
 // floor behind the viewer, and then what is at the vanishing point. So steps are damped, see `next_along`.
 //
-// COVERED: only surfaces show that a search finds without looking midway, see `search` and `place_shown`. With DISTANCE, where
-// `covered` is set.
+// COVERED, or `covered` with DISTANCE: a search without a look midway finds all that shows.
 #from depthwalk.render.reprojection.reprojection import FIXED_POINT_STEPS, HIDDEN, DAMPING, EDGE, EDGE_STEPS
 uniform sampler2D distances;    // metres ahead, negative beside a nearer surface
 uniform sampler2D nearest;      // the least of them ahead of the new camera, by cells of the screen
@@ -79,8 +78,7 @@ float next_along(float along, float expected, float ahead, vec2 place, vec3 shif
 // Looks for the surface on a ray, first at a distance along it, for one that has moved by `shift`. Where a surface has moved by
 // itself, the picture shows it in the place that it came from.
 //
-// midway: where the first step would pass from a near surface to what is far behind it, it goes half as far, measured in inverse
-// distance: something narrow may stand in between. One more step follows.
+// midway: a long first step goes half as far, in inverse distance, as something narrow may be in between; one more follows.
 Found search(vec3 ray, float along, vec4 shift, bool midway) {
     vec3 point = viewer + along * ray - shift.xyz;
     vec2 place = place_of(point), behind = place;
@@ -99,21 +97,19 @@ Found search(vec3 ray, float along, vec4 shift, bool midway) {
     return Found(place, ahead, expected, along, behind, passed, shift.w, shift_at(place).w);
 }
 
-// Returns whether the picture has something nearer where a surface should be, or something that has left, so that the surface
-// was never seen.
+// Returns whether the picture has something nearer where a surface should be, or something that has left.
 bool is_hidden(Found found) {
     return abs(found.ahead) < HIDDEN * found.expected || found.assumed < found.moves;
 }
 
-// Returns whether the search has ended at no surface: the picture has something nearer or farther where it should be.
+// Returns whether the search has ended at no surface.
 bool is_lost(Found found) { return is_hidden(found) || HIDDEN * abs(found.ahead) > found.expected; }
 
 // Returns the place of the picture to show on a ray, from what the search has found there.
 //
 // Where the search is lost, the farthest surface that it passed is shown where it goes on to the ray. If that is behind a nearer
-// one, which is not on the ray, the picture lacks what the ray shows. Then what is beside the nearer surface is shown as it is at
-// the edge, which is found by bisection. Where the search passed it, it is as far from the edge as the ray is: all that is there
-// would be shown twice.
+// one, the picture lacks what the ray shows. Then what is beside the nearer one is shown as it is at the edge, which is found by
+// bisection. Where the search passed it, it is as far from the edge as the ray is: all that is there would be shown twice.
 vec2 place_shown(vec3 ray, Found found) {
     vec2 place = is_hidden(found) ? found.behind : found.place;
     if (covered || !is_lost(found)) return place;
@@ -122,7 +118,7 @@ vec2 place_shown(vec3 ray, Found found) {
     vec3 point = viewer + along * ray - shift;
     vec2 low = found.behind, high = place_of(point);
     float nearer = abs(texture(distances, high).r), edge = min(sqrt(nearer * found.passed.x), EDGE * nearer);
-    if (nearer >= HIDDEN * point.z || high != clamp(high, 0.0, 1.0)) return high; // seen, or beyond the picture's edges
+    if (nearer >= HIDDEN * point.z || high != clamp(high, 0.0, 1.0)) return high; // seen, or past its edges
     shift = shift_at(high).xyz;
     vec2 nearest = place_of(viewer + next_along(along, point.z, nearer, high, shift) * ray - shift);
     if (abs(texture(distances, nearest).r) < edge) return nearest;
