@@ -154,7 +154,8 @@ def test_a_range_image_without_surface_is_refused(taken: tuple[Path, Mask], tmp_
     with pytest.raises(InputError) as caught:
         SceneLibrary(load_scene(tmp_path / "scene.yaml").assets).baked(0)
     defect = "the range image holds no surface: no pixel continues its neighbours"
-    assert str(caught.value) == f"{(tmp_path / 'd.png').resolve()}: {defect}"
+    place = f"{tmp_path / 'scene.yaml'}:3:9: assets.head"
+    assert str(caught.value) == f"{place}: {(tmp_path / 'd.png').resolve()}: {defect}"
 
 
 def test_no_grid_of_a_relief_spans_a_tear() -> None:

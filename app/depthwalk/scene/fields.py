@@ -15,7 +15,8 @@ from depthwalk.limits import MAX_COORDINATE, MAX_DPCI_LAYERS, MAX_DPCI_PARTS, MA
 from depthwalk.params import Params, shown
 
 MIN_SCALE, MAX_SCALE = 1e-4, 1e4
-_COLOUR_TEXT = "^(#([0-9a-fA-F]{3}){1,2}|[a-zA-Z]+)$"  # `colour_of_text` knows the names
+COLOUR_TEXT = "^(#([0-9a-fA-F]{3}){1,2}|[a-zA-Z]+)$"
+"""The pattern of colours as text in the JSON schema, by which they are told from other values; see `colour_of_text`."""
 KIND = "\x1f"  # first character of a union branch's tag, which occurs only in pydantic's locations: no key may hold it
 
 
@@ -62,7 +63,7 @@ def one_of_keys(*keys: str, first: str = "") -> Discriminator:
 
 def colour_of_text(text: str) -> tuple[float, float, float] | None:
     """Return the sRGB colour, 0 to 1, of `#rrggbb`, `#rgb` or a name of CSS such as `teal`; None for any other text."""
-    if not re.fullmatch(_COLOUR_TEXT, text):
+    if not re.fullmatch(COLOUR_TEXT, text):
         return None
     digits = text[1:]
     if text[0] != "#":
@@ -168,7 +169,7 @@ Colour = Annotated[
     WithJsonSchema(
         {
             "anyOf": [
-                {"type": "string", "pattern": _COLOUR_TEXT},
+                {"type": "string", "pattern": COLOUR_TEXT},
                 {
                     "type": "array",
                     "items": {"type": "number", "minimum": 0, "maximum": 1},

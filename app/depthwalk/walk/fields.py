@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from depthwalk.errors import InputError
 from depthwalk.params import Params
+from depthwalk.scene.fields import COLOUR_TEXT
 from depthwalk.walk.native_imgui import imgui
 
 LABEL_WIDTH = 132.0  # at the right of each widget, widget coordinates
@@ -83,7 +84,7 @@ def _control(name: str, spec: dict[str, Any], definitions: dict[str, Any], defau
     choices = tuple(value.get("enum", ()))
     numbers = value.get("type") == "array" and value.get("minItems") == 3
     kind: Kind = "choice" if choices else _KINDS.get(value.get("type", ""), "other")
-    if any(branch.get("pattern", "").startswith("^#") for branch in branches):
+    if any(branch.get("pattern") == COLOUR_TEXT for branch in branches):
         kind = "colour"
     elif numbers:
         kind = "vector"
