@@ -72,21 +72,22 @@ def tour() -> None:
 
 def render(name: str, *options: str) -> None:
     """Render a shipped scene through its own camera."""
-    scene, out = scene_root() / f"{name}.yaml", IMAGES / f"{name}.png"
-    command = [*_DEPTHWALK, "render", str(scene), "-o", str(out), "--resolution", "1024,576", *options]
-    subprocess.run(command, check=True)
-    shrink(out, out)
+    with tempfile.TemporaryDirectory() as folder:
+        scene, out = scene_root() / f"{name}.yaml", Path(folder) / "view.png"
+        command = [*_DEPTHWALK, "render", str(scene), "-o", str(out), "--resolution", "1024,576", *options]
+        subprocess.run(command, check=True)
+        shrink(out, name)
 
 
-def shrink(picture: Path, out: Path) -> None:
-    """Write a picture in fewer bytes: without alpha and without its PNG texts."""
+def shrink(picture: Path, name: str) -> None:
+    """Write the picture of a file in fewer bytes, without its alpha."""
     with Image.open(picture) as image:
-        image.convert("RGB").save(out, optimize=True)
+        write(name, np.asarray(image.convert("RGB")))
 
 
 def write(name: str, pixels: np.ndarray) -> None:
-    """Write a picture (H, W, 3) uint8, top row first, in few bytes."""
-    Image.fromarray(pixels).save(IMAGES / f"{name}.png", optimize=True)
+    """Write a picture (H, W, 3) uint8, top row first, without loss and in few bytes."""
+    Image.fromarray(pixels).save(IMAGES / f"{name}.webp", lossless=True, quality=100, method=6)
 
 
 def panorama() -> None:
@@ -212,7 +213,7 @@ def hud() -> None:
         command = [*_DEPTHWALK, "view", str(scene_root() / "room.yaml"), "--resolution", "1280,720"]
         walk = subprocess.Popen(command, cwd=name, env=environment)
         try:
-            shrink(take_screenshot(Path(name), environment, walk), IMAGES / "hud.png")
+            shrink(take_screenshot(Path(name), environment, walk), "hud")
         finally:
             walk.terminate()
             walk.wait(20)
