@@ -154,6 +154,7 @@ def _scene_rows(path: Path) -> Iterator[Row]:
     from depthwalk.commands.reports import own_file
     from depthwalk.scene.arrays import Representation
     from depthwalk.scene.loader import load_scene
+    from depthwalk.scene.scene import told_at
 
     scene = load_scene(path)
     yield "kind", "scene"
@@ -161,7 +162,10 @@ def _scene_rows(path: Path) -> Iterator[Row]:
     drawn = np.bincount(scene.objects.representation, minlength=max(Representation) + 1)
     yield "drawn as", ", ".join(f"{kind.label} {drawn[kind]}" for kind in Representation if drawn[kind]) or "-"
     uses = np.bincount(scene.objects.asset, minlength=len(scene.assets))
-    made_of = [_made_of(asset) for asset in scene.assets]
+    made_of = []
+    for asset in scene.assets:
+        with told_at(asset):
+            made_of.append(_made_of(asset))
     totals = {kind: int(uses @ [number * (own == kind) for number, own in made_of]) for kind in ("triangle", "point")}
     if any(totals.values()):
         yield "made of", " and ".join(counted(total, kind) for kind, total in totals.items() if total)
@@ -183,21 +187,20 @@ def _made_of(asset: "Asset") -> tuple[int, str]:
     from depthwalk.ingest.loader import mesh_of
     from depthwalk.ingest.point_cloud import PointCloud, shown_points
     from depthwalk.ingest.reader import read_geometry
-    from depthwalk.scene.scene import BakedAsset, DepthImageAsset, MeshAsset, told_at
+    from depthwalk.scene.scene import BakedAsset, DepthImageAsset, MeshAsset
 
-    with told_at(asset):
-        match asset:
-            case DepthImageAsset():
-                return 0, "triangle"
-            case BakedAsset() if is_cooked_file(asset.baked):
-                return read_cooked(asset.baked)[0].outline.mesh_triangles or 0, "triangle"
-            case BakedAsset():
-                return inspect_header(asset.baked)[1][0].mesh_triangles or 0, "triangle"
-            case MeshAsset():
-                geometry = read_geometry(asset.mesh)
-                if isinstance(geometry, PointCloud):
-                    return len(shown_points(geometry, asset.mesh)), "point"
-                return len(mesh_of(geometry, asset.mesh).faces), "triangle"
+    match asset:
+        case DepthImageAsset():
+            return 0, "triangle"
+        case BakedAsset() if is_cooked_file(asset.baked):
+            return read_cooked(asset.baked)[0].outline.mesh_triangles or 0, "triangle"
+        case BakedAsset():
+            return inspect_header(asset.baked)[1][0].mesh_triangles or 0, "triangle"
+        case MeshAsset():
+            geometry = read_geometry(asset.mesh)
+            if isinstance(geometry, PointCloud):
+                return len(shown_points(geometry, asset.mesh)), "point"
+            return len(mesh_of(geometry, asset.mesh).faces), "triangle"
 
 
 def _path_rows(path: Path) -> Iterator[Row]:

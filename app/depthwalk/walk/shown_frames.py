@@ -281,10 +281,9 @@ class ShownFrames:
         It looks where the viewer looks. Torn pictures would show the last steps of a viewer who is too quick for the
         frames; waiting for the next frame would stop the picture altogether.
         """
-        source = self._reprojection.view
-        uncovered = self._reprojection.uncovered(view.position)
-        self._is_outrun = source is not None and uncovered > _MOST_UNCOVERED
-        if source is None or not self._is_outrun:
+        uncovered, source = self._reprojection.uncovered(view.position), self._reprojection.view
+        self._is_outrun = uncovered > _MOST_UNCOVERED
+        if source is None or not self._is_outrun:  # without a picture nothing is uncovered
             return view
         back = glm.dvec3(*(1 - _MOST_UNCOVERED / uncovered) * (source.position - view.position))
         place, target = (components(glm.dvec3(*at) + back) for at in (view.camera.position, view.camera.target))
