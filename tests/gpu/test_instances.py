@@ -33,28 +33,44 @@ def records_of(count: int) -> NDArray[Any]:
     return records
 
 
-def test_instances_read_their_records_from_any_first_one_on(gl_device: Device, scope: Scope) -> None:
+def test_each_draw_reads_the_records_that_were_uploaded_last(gl_device: Device, scope: Scope) -> None:
     program = gl_device.context.program(vertex_shader=VERTEX, varyings=("found",))
     corner, index = scope.buffer(np.array([[0.5, 0]], np.float32)), scope.buffer(np.array([0], np.uint32))
+    scope.framebuffer([scope.texture((4, 4), 4)]).use()
     arrays, stream = (
         AssetArrays(scope, cast(Program, SimpleNamespace(gl=program)), "2f", "in_corner"),
         InstanceStream(scope, RECORD),
     )
     records = records_of(5)
-    stream.upload(records)
     array = arrays.get("dot", corner, index)
     assert arrays.get("dot", corner, index) is array
-    stream.bind(array, 2)
-    out = scope.buffer(reserve=48)
-    scope.framebuffer([scope.texture((4, 4), 4)]).use()
-    array.transform(out, moderngl.POINTS, vertices=1, instances=3)
-    found = np.frombuffer(out.read(), np.float32).reshape(3, 4)
+    outs = []
+    for drawn in (records[:2], records[2:]):
+        stream.upload(drawn)
+        stream.bind(array)
+        outs.append(scope.buffer(reserve=16 * len(drawn)))
+        array.transform(outs[-1], moderngl.POINTS, vertices=1, instances=len(drawn))
+    found = np.concatenate([np.frombuffer(out.read(), np.float32).reshape(-1, 4) for out in outs])
     before = gl_device.live["vertex_array"]
     arrays.forget()
     program.release()
     assert gl_device.live["vertex_array"] == before - 1
-    np.testing.assert_array_equal(found[:, :3], records["place"][2:])
-    np.testing.assert_array_equal(found[:, 3], records["size"][2:] + 0.5)
+    np.testing.assert_array_equal(found[:, :3], records["place"])
+    np.testing.assert_array_equal(found[:, 3], records["size"] + 0.5)
+
+
+def test_an_offset_stands_in_for_a_base_vertex(gl_device: Device, scope: Scope) -> None:
+    text = "#version 330 core\nin uvec2 in_number; flat out uvec2 found; void main() { found = in_number; }"
+    program = gl_device.context.program(vertex_shader=text, varyings=("found",))
+    numbers, index = np.arange(8, dtype=np.uint16).reshape(4, 2), scope.buffer(np.array([1], np.uint32))
+    arrays = AssetArrays(scope, cast(Program, SimpleNamespace(gl=program)), "2u2", "in_number")
+    vertices, out = scope.buffer(numbers), scope.buffer(reserve=8)
+    scope.framebuffer([scope.texture((4, 4), 4)]).use()
+    for base in (0, 2):
+        arrays.get(base, vertices, index, offset=4 * base).transform(out, moderngl.POINTS, vertices=1)
+        assert np.frombuffer(out.read(), np.uint32).tolist() == numbers[base + 1].tolist()
+    arrays.forget()
+    program.release()
 
 
 def test_a_stream_has_the_size_of_its_records_and_stays_one_buffer(gl_device: Device, scope: Scope) -> None:

@@ -121,12 +121,13 @@ class PlainEngine:
             self._view.show(replace(view, near=near, far=far))
             red, green, blue = self._background
             self._screen.clear(color=(red, green, blue, 1.0), depth=1.0)
-            self._instances.upload(placed_records(view.position, self._objects.take(rows[order])))
+            records = placed_records(view.position, self._objects.take(rows[order]))
             firsts = np.cumsum(self.drawn) - self.drawn
             with self._gl.state(into=self._screen, depth_test=LESS, cull=self._solid):
                 for array, first, count in zip(self._arrays, firsts.tolist(), self.drawn.tolist(), strict=True):
                     if count:
-                        self._instances.bind(array, first)
+                        self._instances.upload(records[first : first + count])
+                        self._instances.bind(array)
                         array.render(instances=count)
 
     def _levels(self, view: View, rows: Ints, near: float) -> Ints:

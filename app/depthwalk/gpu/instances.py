@@ -1,7 +1,8 @@
 """Draw instances: hold a record per object as vertex attributes or in a texture, and a vertex array per asset.
 
 All instances of an asset are one draw call, in which the vertex stage reads a record for each object. GL 3.3 has no
-base instance, so `InstanceStream.bind` points the attributes at the first record of each draw.
+base instance, so `InstanceStream` holds the records of one draw at a time: replacing these takes four GL calls,
+pointing the attributes at other records five for each.
 """
 
 from collections.abc import Hashable
@@ -20,7 +21,7 @@ _TEXEL_BYTES = 16  # of four floats
 
 
 class InstanceStream:
-    """Hold one frame's records in a buffer of just their size.
+    """Hold the records of the next draw in a buffer of just their size.
 
     Each field of a record is a vertex attribute, named `in_` plus the name of the field in the shader.
     """
@@ -36,27 +37,20 @@ class InstanceStream:
             components = int(np.prod(field.shape)) if field.shape else 1
             self._fields.append((f"in_{name}", f"{components}f", int(offset)))
         self._buffer = scope.buffer(reserve=self._stride, dynamic=True)
-        # For each program: location, layout and offset of the fields that it reads.
-        self._attributes: dict[moderngl.Program, list[tuple[int, str, int]]] = {}
 
     def upload(self, records: NDArray[np.void]) -> None:
-        """Replace the buffer's contents by `records` (n,) of the stream's dtype."""
+        """Replace the buffer's contents by `records` (n,) of the stream's dtype; earlier draws keep their own."""
         self._scope.refill(self._buffer, records)
 
-    def bind(self, array: moderngl.VertexArray, first: int) -> None:
-        """Let the next draws of `array` read the records from the one numbered `first` on, one for each instance."""
-        bound = self._buffer, first
-        if array.extra == bound:  # already bound, as many are frame after frame
+    def bind(self, array: moderngl.VertexArray) -> None:
+        """Let all draws of `array` read the records that are uploaded at the time, one for each instance."""
+        if array.extra is self._buffer:  # bound already
             return
-        array.extra = bound
-        if array.program not in self._attributes:
-            members: Any = array.program
-            self._attributes[array.program] = [
-                (members[name].location, layout, offset) for name, layout, offset in self._fields if name in members
-            ]
-        start = first * self._stride
-        for location, layout, offset in self._attributes[array.program]:
-            array.bind(location, "f", self._buffer, layout, offset + start, self._stride, 1)
+        array.extra = self._buffer
+        members: Any = array.program
+        for name, layout, offset in self._fields:
+            if name in members:
+                array.bind(members[name].location, "f", self._buffer, layout, offset, self._stride, 1)
 
 
 class RecordTexture:
@@ -129,20 +123,28 @@ class AssetArrays:
         self._arrays: dict[Hashable, moderngl.VertexArray] = {}
 
     def get(
-        self, key: Hashable, vertices: moderngl.Buffer, indices: moderngl.Buffer, index_bytes: int = 4
+        self,
+        key: Hashable,
+        vertices: moderngl.Buffer,
+        indices: moderngl.Buffer,
+        index_bytes: int = 4,
+        offset: int = 0,
     ) -> moderngl.VertexArray:
         """Return the vertex array of an asset.
 
         Parameters
         ----------
         key
-            Identifies the asset, and its level if it has several.
+            Identifies the asset, its level if it has several, and the offset if there are several.
         vertices
             The asset's buffer of vertices.
         indices
             The asset's buffer of indices.
         index_bytes
             Bytes of an index: 1, 2 or 4.
+        offset
+            Byte of `vertices` at which the vertex with index 0 begins, in place of a base vertex, which moderngl does
+            not offer. Unless it is 0, vertices have one attribute, of integers.
 
         Returns
         -------
@@ -152,7 +154,11 @@ class AssetArrays:
         if key not in self._arrays:
             content = [(vertices, *self._format)]
             options = {"index_buffer": indices, "index_element_size": index_bytes}
-            self._arrays[key] = self._scope.vertex_array(self._program.gl, content, **options)
+            array = self._arrays[key] = self._scope.vertex_array(self._program.gl, content, **options)
+            if offset:
+                layout, name = self._format
+                attribute: Any = self._program.gl[name]
+                array.bind(attribute.location, "i", vertices, layout, offset)
         return self._arrays[key]
 
     def forget(self) -> None:

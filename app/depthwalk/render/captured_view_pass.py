@@ -56,7 +56,6 @@ class CapturedViewPass(Pass[P]):
         params: which views are drawn. Objects whose views are still being captured are left out.
         """
         drawn = frame.plan.captured[self.representation]
-        self._instances.upload(drawn.records)
         capture = self.capture(params)
         defines = (
             f"VIEWS={capture.count}",
@@ -74,5 +73,6 @@ class CapturedViewPass(Pass[P]):
                 views.colour.use(0)
                 views.surface.use(1)
                 program.set(colour_views=0, surface_views=1, **views.uniforms)
-                self._instances.bind(program.array, batch.first)
+                self._instances.upload(drawn.records_of(batch))
+                self._instances.bind(program.array)
                 program.array.render(moderngl.TRIANGLES, vertices=_RECTANGLE, instances=batch.count)

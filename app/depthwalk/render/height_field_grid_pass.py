@@ -55,7 +55,6 @@ class HeightFieldGridPass(Pass[Params]):
         """Draw into `visibility` and `depth` what `frame` shows in this representation; `params` is empty."""
         drawn, fields = frame.plan.height_fields[self.representation], frame.assets.height_fields
         first_id = frame.plan.first_id_of(self.representation)
-        self._instances.upload(drawn.records)
         program, into = self._programs[frame.targets.defines], frame.targets.visibility
         with self.gl.state(into=into, depth_test=LESS, cull=self.one_sided, wireframe=frame.common.wireframe):
             for batch in drawn.batches:
@@ -63,7 +62,8 @@ class HeightFieldGridPass(Pass[Params]):
                 uniforms = fields.field(batch.asset).uniforms
                 program.set(**{self.sampler: 0}, first=first_id + batch.first, **uniforms)
                 array = self._array(frame, batch.asset, program)
-                self._instances.bind(array, batch.first)
+                self._instances.upload(drawn.records_of(batch))
+                self._instances.bind(array)
                 array.render(moderngl.TRIANGLES, instances=batch.count)
 
     def _array(self, frame: Frame, number: int, program: Program) -> moderngl.VertexArray:

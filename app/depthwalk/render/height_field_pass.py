@@ -59,7 +59,6 @@ class HeightFieldPass(Pass[P]):
         """Draw into `visibility` and `depth` what `frame` shows in this representation, as `params` say."""
         drawn = frame.plan.height_fields[self.representation]
         first_id = frame.plan.first_id_of(self.representation)
-        self._instances.upload(drawn.records)
         program = self._programs[*self.defines(params), *frame.targets.defines]
         vertices = _FRONT if self.front_only else _BOX
         # Unclamped, the box may be nearer than the near plane while the surface in it is not.
@@ -68,5 +67,6 @@ class HeightFieldPass(Pass[P]):
             for batch in drawn.batches:
                 self.use(frame, params, batch.asset, program)
                 program.set(first=first_id + batch.first)
-                self._instances.bind(program.array, batch.first)
+                self._instances.upload(drawn.records_of(batch))
+                self._instances.bind(program.array)
                 program.array.render(moderngl.TRIANGLES, vertices=vertices, instances=batch.count)

@@ -65,6 +65,10 @@ class DrawList:
     records: NDArray[np.void]
     batches: list[DrawBatch] = field(default_factory=list)
 
+    def records_of(self, batch: DrawBatch) -> NDArray[np.void]:
+        """Return the records of one of the batches."""
+        return self.records[batch.first : batch.first + batch.count]
+
     def by_asset(self) -> Iterator[tuple[int, Iterator[DrawBatch]]]:
         """Yield the batches by asset, so that a pass sets the state of each asset once.
 

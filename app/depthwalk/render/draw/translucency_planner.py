@@ -78,6 +78,10 @@ class TranslucentDraws:
     batches: tuple[TranslucentBatch, ...]
     faces: NDArray[np.uint32]
 
+    def records_of(self, batch: TranslucentBatch) -> NDArray[np.void]:
+        """Return the records of one of the batches."""
+        return self.records[batch.first : batch.first + batch.count]
+
     @classmethod
     def none(cls) -> "TranslucentDraws":
         """Return an empty list."""

@@ -60,12 +60,13 @@ class OrderedIndices:
         ----------
         assets : the store of the assets on the GPU.
         batch : the instances of one asset.
-        records : (n,) WARP_RECORD of all instances of the draw list.
-        instances : the stream that holds these records on the GPU.
+        records : (n,) WARP_RECORD of these instances.
+        instances : takes the records to the GPU.
         """
-        for number in range(batch.first, batch.first + batch.count):
-            array, ordered, others = self._sorted(assets, batch, records[number])
-            instances.bind(array, number)
+        for number, record in enumerate(records):
+            array, ordered, others = self._sorted(assets, batch, record)
+            instances.upload(records[number : number + 1])
+            instances.bind(array)
             with self._scope.state(depth_test=ALWAYS):  # λ is written
                 array.render(vertices=ordered, instances=1)
             array.render(vertices=others, first=ordered, instances=1)

@@ -6,6 +6,9 @@ visibility buffer and the depth buffer; colours are looked up later, once per pi
 hold lit colours, it filters these.
 """
 
+import numpy as np
+from numpy.typing import NDArray
+
 from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program, Variants
@@ -43,20 +46,20 @@ class CompositePass(Pass[CompositeParams]):
         if frame.common.lit_tiles:
             frame.targets.atlas_light.use(2)
             lit, into = ("LIT",), frame.targets.lit_visibility
-        self._instances.upload(records)
         # The number of steps is known to the compiler: with a loop software rasterisers take a tenth longer.
         defines = (f"STEPS={params.parallax_steps}", *frame.targets.defines)
         defines += ("PARTIAL",) if frame.common.aa.covering else ()
         # Unclamped, a plane may be nearer than the near plane while its object is not.
         with self.gl.state(into=into, depth_test=LESS, direct=(DEPTH_CLAMP,)):
-            self._draw(frame, ("ALIGNED", *lit), 0, aligned)
-            self._draw(frame, (*defines, *lit), aligned, len(records) - aligned)
+            self._draw(frame, ("ALIGNED", *lit), records[:aligned])
+            self._draw(frame, (*defines, *lit), records[aligned:])
 
-    def _draw(self, frame: Frame, defines: tuple[str, ...], first: int, count: int) -> None:
-        if count:
+    def _draw(self, frame: Frame, defines: tuple[str, ...], records: NDArray[np.void]) -> None:
+        if len(records):
             program = self._programs[defines]
             program.set(atlas_depth=0, atlas_owner=1, first=frame.plan.first_object_id)
             if frame.common.lit_tiles:
                 program.set(atlas_light=2)
-            self._instances.bind(program.array, first)
-            program.octagons(count)
+            self._instances.upload(records)
+            self._instances.bind(program.array)
+            program.octagons(len(records))

@@ -35,13 +35,13 @@ class DmeshPass(Pass[Params]):
 
     def draw(self, frame: Frame, params: Params) -> None:
         """Draw the objects that `frame` shows without impostor into `visibility` and `depth`; `params` is empty."""
-        self._instances.upload(frame.plan.dmesh.records)
         first_object_id = frame.plan.first_object_id + len(frame.plan.composite.records)
-        for number, batches in frame.plan.dmesh.by_asset():
+        drawn = frame.plan.dmesh
+        for number, batches in drawn.by_asset():
             asset = frame.assets.depth_object(number)
             backs = ("BACKS",) if asset.shows_backs else ()
             defines = (*asset.defines, *frame.targets.defines, *backs)
-            program, array = self._programs[defines], asset.array(self._arrays[defines], number)
+            program, arrays = self._programs[defines], self._arrays[defines]
             asset.use_geometry(program, frame.common.lod)
             if backs:
                 near, far = frame.view.depth_range
@@ -54,8 +54,7 @@ class DmeshPass(Pass[Params]):
             ):
                 for batch in batches:
                     program.set(first=first_object_id + batch.first)
-                    self._instances.bind(array, batch.first)
-                    asset.draw(array, batch.indices, batch.count)
+                    asset.draw(arrays, number, batch.indices, self._instances, drawn.records_of(batch))
 
     def forget_assets(self) -> None:
         """Drop the vertex arrays over buffers of assets."""

@@ -60,7 +60,7 @@ class GpaaPass(Pass[GpaaParams]):
         least_fold = float(np.cos(np.radians(params.crease_angle)))
         program.set(least_fold=least_fold)
         self._lines.upload(lines)
-        self._lines.bind(program.array, 0)
+        self._lines.bind(program.array)
         with self.gl.state(into=blended_picture(frame), direct=(DEPTH_CLAMP,)):  # the ground may end at the far plane
             program.rectangles(len(lines))
 

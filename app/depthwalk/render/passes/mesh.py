@@ -80,7 +80,6 @@ class MeshPass(Pass[MeshParams]):
 
     def _draw(self, frame: Frame) -> None:
         drawn = frame.plan.mesh
-        self._instances.upload(drawn.records)
         distance = np.linalg.norm(drawn.records["origin"], axis=1)
         limit = np.partition(distance, _CULLED_OBJECTS)[_CULLED_OBJECTS] if len(distance) > _CULLED_OBJECTS else np.inf
         for batch in drawn.batches:
@@ -90,14 +89,18 @@ class MeshPass(Pass[MeshParams]):
             with self.gl.state(cull=asset.look.solid):
                 for record in range(batch.first, batch.first + culled):
                     self._draw_meshlets(frame, asset, batch, record)
-                for number in range(len(asset.parts)) if batch.count > culled else ():
-                    self._draw_part(frame, asset, batch, number, batch.first + culled, batch.count - culled)
+                if batch.count > culled:
+                    self._instances.upload(drawn.records_of(batch)[culled:])
+                    for number in range(len(asset.parts)):
+                        self._draw_part(frame, asset, batch, number, batch.first + culled, batch.count - culled)
 
     def _draw_meshlets(self, frame: Frame, asset: MeshObject, batch: DrawBatch, record: int) -> None:
         """Draw the meshlets that may be seen of the object of one record."""
         meshlets = asset.meshlets
         assert meshlets is not None  # as the caller has checked
-        rows = meshlets.seen(frame.view, frame.plan.mesh.records[record], asset.look.solid)
+        records = frame.plan.mesh.records
+        rows = meshlets.seen(frame.view, records[record], asset.look.solid)
+        self._instances.upload(records[record : record + 1])
         for number in range(len(asset.parts)):
             faces = meshlets.faces.take(rows[meshlets.part[rows] == number], axis=0)
             if len(faces) > _MAX_CULLED_TRIANGLES:
@@ -111,7 +114,7 @@ class MeshPass(Pass[MeshParams]):
     def _draw_part(
         self, frame: Frame, asset: MeshObject, batch: DrawBatch, number: int, first: int, count: int
     ) -> None:
-        """Draw part `number` of `count` objects, whole, from record `first` on."""
+        """Draw part `number` of `count` objects, whole, whose records, from `first` on, are uploaded."""
         part = asset.parts[number]
         array = self._array(frame, asset, (batch.asset, batch.level), number, asset.indices, first)
         array.render(vertices=3 * part.face_count, first=3 * part.first_face, instances=count)
@@ -125,7 +128,7 @@ class MeshPass(Pass[MeshParams]):
         indices: moderngl.Buffer,
         first: int,
     ) -> moderngl.VertexArray:
-        """Set the material of part `number` of the mesh; return the vertex array of records from `first` on."""
+        """Set the material of part `number` of the mesh; return the vertex array. first: the first record drawn."""
         look = asset.look.materials[asset.parts[number].material]
         defines = look.defines + self._more
         program = self._programs[defines]
@@ -133,7 +136,7 @@ class MeshPass(Pass[MeshParams]):
             program.set(first_number=frame.plan.polygons_before[0] + first, drawn_how=NUMBERED_MESH)
         look.use(program)
         array = self._arrays[defines].get(key, asset.vertices, indices)
-        self._instances.bind(array, first)
+        self._instances.bind(array)
         return array
 
     def forget_assets(self) -> None:

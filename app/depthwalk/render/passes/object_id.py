@@ -90,11 +90,11 @@ class ObjectIdPass(Pass[Params]):
         self.has_drawn = True
         target = self._target = self._target or self._make(frame.targets.size)
         target.framebuffer.clear(depth=1.0)
-        self._instances.upload(frame.plan.mesh.records)
         for batch in frame.plan.mesh.batches:
+            self._instances.upload(frame.plan.mesh.records_of(batch))
             mesh = frame.assets.meshes.object(batch.asset, batch.level)
             array = self._arrays.get((batch.asset, batch.level), mesh.vertices, mesh.indices)
-            self._instances.bind(array, batch.first)
+            self._instances.bind(array)
             self._program.set(first=batch.first)
             with self.gl.state(into=target.framebuffer, depth_test=LESS, cull=mesh.look.solid):
                 array.render(instances=batch.count)

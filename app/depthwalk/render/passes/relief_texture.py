@@ -65,7 +65,7 @@ class ReliefTexturePass(Pass[Params]):
         program = self._programs[frame.targets.defines]
         program.set(images=0, first=first_id, **field.uniforms)
         self._instances.upload(_with_images(records, images))
-        self._instances.bind(program.array, 0)
+        self._instances.bind(program.array)
         program.array.render(moderngl.TRIANGLES, vertices=_RECTANGLE, instances=len(records))
 
     def _objects_at_once(self, depth: Array) -> int:

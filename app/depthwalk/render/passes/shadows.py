@@ -256,7 +256,6 @@ class ShadowsPass(Pass[ShadowParams]):
     ) -> Iterator[None]:
         """Draw `parts` of the depth images of a map, and stop after each. direct: see `gpu.state.State`."""
         self._view.show(shadow_map.view)
-        self._instances.upload(shadow_map.grids.records)
         for part in parts:
             with self.gl.state(into=into, depth_test=LESS, direct=direct):
                 self._draw_grids(frame, part)
@@ -273,21 +272,20 @@ class ShadowsPass(Pass[ShadowParams]):
         """Draw depth images, front and back faces: the back faces close gaps in the front faces."""
         for number, batches in part.by_asset():
             asset = frame.assets.depth_object(number)
-            program, array = self._grid[asset.defines], asset.array(self._grid_arrays[asset.defines], number)
-            asset.use_geometry(program, frame.common.lod)
+            asset.use_geometry(self._grid[asset.defines], frame.common.lod)
+            arrays = self._grid_arrays[asset.defines]
             for batch in batches:
-                self._instances.bind(array, batch.first)
-                asset.draw(array, batch.indices, batch.count)
+                asset.draw(arrays, number, batch.indices, self._instances, part.records_of(batch))
 
     def _draw_meshes(self, frame: Frame, shadow_map: ShadowMap) -> None:
-        self._instances.upload(shadow_map.meshes.records)
         for batch in shadow_map.meshes.batches:
+            self._instances.upload(shadow_map.meshes.records_of(batch))
             asset = frame.assets.meshes.object(batch.asset, batch.level)
             if asset.look.has_cut_outs:
                 self._draw_cut_outs(asset, batch)
                 continue
             array = self._mesh_arrays.get((batch.asset, batch.level), asset.vertices, asset.indices)
-            self._instances.bind(array, batch.first)
+            self._instances.bind(array)
             with self.gl.state(cull=asset.look.solid):
                 array.render(instances=batch.count)
 
@@ -295,7 +293,7 @@ class ShadowsPass(Pass[ShadowParams]):
         """Draw a mesh part by part, each with the alpha test of its material."""
         program, key = self._cut_out[_CUT_OUT], (batch.asset, batch.level)
         array = self._cut_out_arrays[_CUT_OUT].get(key, asset.vertices, asset.indices)
-        self._instances.bind(array, batch.first)
+        self._instances.bind(array)
         for part in asset.parts:
             look = asset.look.materials[part.material]
             look.texture.use(0)

@@ -70,9 +70,7 @@ class TranslucencyPass(Pass[Params]):
 
     def draw(self, frame: Frame, params: Params) -> None:
         """Add the glow in `frame`, then blend what is translucent over it; `params` is empty."""
-        drawn = frame.translucent
-        self._instances.upload(drawn.records)
-        self.gl.refill(self._sorted, drawn.faces)
+        self.gl.refill(self._sorted, frame.translucent.faces)
         into = frame.targets.lighting
         # Depths are clamped, since near and far plane are fitted to opaque surfaces.
         with self.gl.state(into=into, depth_test="<=", depth_write=False, blend=_OVER, direct=(DEPTH_CLAMP,)):
@@ -91,6 +89,7 @@ class TranslucencyPass(Pass[Params]):
             of_asset = frame.assets.translucent.objects[batch.asset]
             if of_asset.mesh.glowing:
                 program.set(tolerance=_TOLERANCE * of_asset.mesh.radius)
+                self._instances.upload(frame.translucent.records_of(batch))
                 array = self._array(defines, batch, of_asset, of_asset.indices)
                 for run in of_asset.mesh.glowing:
                     program.set(cutoff=run.cutoff or 0.0)
@@ -112,6 +111,7 @@ class TranslucencyPass(Pass[Params]):
         for batch in frame.translucent.batches:
             of_asset = frame.assets.translucent.objects[batch.asset]
             if of_asset.mesh.runs:
+                self._instances.upload(frame.translucent.records_of(batch))
                 self._blend_batch(light, batch, of_asset)
 
     def _blend_batch(self, light: _Light, batch: TranslucentBatch, of_asset: TranslucentObject) -> None:
@@ -143,9 +143,9 @@ class TranslucencyPass(Pass[Params]):
         indices: moderngl.Buffer,
         *key: str,
     ) -> moderngl.VertexArray:
-        """Return the vertex array of an asset by some indices, with the records of a batch."""
+        """Return the vertex array of an asset by some indices, which reads the records that are uploaded."""
         array = self._arrays[defines].get((batch.asset, *key), of_asset.vertices, indices)
-        self._instances.bind(array, batch.first)
+        self._instances.bind(array)
         return array
 
     def forget_assets(self) -> None:

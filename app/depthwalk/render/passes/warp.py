@@ -56,7 +56,6 @@ class WarpPass(Pass[WarpParams]):
     def parts(self, frame: Frame, params: WarpParams) -> Iterator[None]:
         """Draw as `draw` does; stop after every `PART_TRIANGLES`, unless samples are drawn in the paper's order."""
         self._clear_slots(frame)
-        self._instances.upload(frame.plan.warp.records)
         in_order = params.order == "epipole"
         several = [frame.plan.warp] if in_order else frame.plan.warp.parts(PART_TRIANGLES)
         for number, part in enumerate(several):
@@ -83,11 +82,10 @@ class WarpPass(Pass[WarpParams]):
                 with self.gl.state(direct=CLIP_DISTANCES if clipped else ()):
                     for batch in run:
                         if ordered is not None:
-                            ordered.draw(frame.assets, batch, frame.plan.warp.records, self._instances)
+                            ordered.draw(frame.assets, batch, part.records_of(batch), self._instances)
                         else:
-                            array = asset.array(self._arrays[defines], number)
-                            self._instances.bind(array, batch.first)
-                            asset.draw(array, batch.indices, batch.count)
+                            records = part.records_of(batch)
+                            asset.draw(self._arrays[defines], number, batch.indices, self._instances, records)
 
     def _clear_slots(self, frame: Frame) -> None:
         """Clear the slots that are drawn into, in one draw call; scissored clears would take one call each."""
@@ -95,7 +93,7 @@ class WarpPass(Pass[WarpParams]):
         slots["slot"] = frame.plan.cleared
         self._slots.upload(slots)
         program = self._clear[("LIT",) if frame.common.lit_tiles else ()]
-        self._slots.bind(program.array, 0)
+        self._slots.bind(program.array)
         program.set(atlas_size=frame.targets.atlas_size)
         with self.gl.state(into=_atlas(frame), depth_test=ALWAYS):
             program.rectangles(len(slots))

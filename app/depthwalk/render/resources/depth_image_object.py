@@ -11,16 +11,17 @@ from typing import Any
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.bake.face_grid import FaceGrid, square_texel
 from depthwalk.bake.images import BakedObject, Cylinder, Face
 from depthwalk.bake.meso import Meso
 from depthwalk.cook.cases import ALL_PIECES, piece_runs
 from depthwalk.cook.index_chunks import Chunks, chunk_runs, vertex_numbers
-from depthwalk.cook.lod_geometry import GRID_LAYOUT, VERTEX_BYTES, LodGeometry, vertex_positions
+from depthwalk.cook.lod_geometry import VERTEX_BYTES, LodGeometry, vertex_positions
 from depthwalk.geometry.adjacency import Shape
 from depthwalk.gpu.device import Scope
-from depthwalk.gpu.instances import AssetArrays
+from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Packed, Program
 from depthwalk.render.resources.foliage import is_foliage
 from depthwalk.render.resources.surface_texture import SurfaceTexture
@@ -142,48 +143,38 @@ class DepthObject:
         positions = vertex_positions(samples[corners], low, size).astype(np.float32)
         return positions, triangles.reshape(-1, 3).astype(np.uint32)
 
-    def array(self, arrays: AssetArrays, number: int) -> moderngl.VertexArray:
-        """Return the vertex array that draws this object.
-
-        Parameters
-        ----------
-        arrays
-            The vertex arrays of one program over all assets.
-        number
-            The number of this object in `AssetStore`.
-
-        Returns
-        -------
-        moderngl.VertexArray
-            The array, created when it is first asked for.
-        """
-        return arrays.get(number, self.vertices, self.indices, self.index_type.itemsize)
-
-    def draw(self, array: moderngl.VertexArray, runs: Sequence[tuple[int, int]], instances: int) -> None:
+    def draw(
+        self,
+        arrays: AssetArrays,
+        number: int,
+        runs: Sequence[tuple[int, int]],
+        instances: InstanceStream,
+        records: NDArray[np.void],
+    ) -> None:
         """Draw the given runs of indices.
 
         Parameters
         ----------
-        array
-            A vertex array over this object's buffers.
+        arrays
+            The vertex arrays, over all assets, of the program that draws.
+        number
+            The number of this object in `AssetStore`.
         runs
             First index and number of indices of each run.
         instances
-            How many instances are drawn.
+            Takes the records to the GPU.
+        records
+            (n,) records of the instances that are drawn.
         """
-        layout, name = GRID_LAYOUT
-        if len(self.chunks) == 1:  # all indices count from the first vertex
-            for first, count in runs:
-                array.render(vertices=count, first=first, instances=instances)
-            return
-        attribute: Any = array.program[name]
+        instances.upload(records)
+        buffers = self.vertices, self.indices, self.index_type.itemsize
         for run in runs:
             if run not in self._divided:
                 self._divided[run] = chunk_runs(self.chunks, *run)
             for first, count, base in self._divided[run]:
-                # Instead of a base vertex, which moderngl does not offer.
-                array.bind(attribute.location, "i", self.vertices, layout, base * VERTEX_BYTES, VERTEX_BYTES)
-                array.render(vertices=count, first=first, instances=instances)
+                array = arrays.get((number, base), *buffers, offset=base * VERTEX_BYTES)
+                instances.bind(array)
+                array.render(vertices=count, first=first, instances=len(records))
 
     @cached_property
     def _divided(self) -> dict[tuple[int, int], list[tuple[int, int, int]]]:
