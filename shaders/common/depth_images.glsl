@@ -8,8 +8,6 @@
 #ifdef COORDINATES
 #include "common/texture_coordinates.glsl"
 #endif
-uniform float texels[FACE_COUNT];                // per metre, on each face
-uniform float shininess;
 
 const float SAME_SURFACE = 1.5;     // texels of depth
 

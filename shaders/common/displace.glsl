@@ -3,7 +3,6 @@
 #include "common/samples.glsl"
 #include "common/meso.glsl"
 #include "common/view.glsl"
-uniform float meso_spacing;     // metres between the samples of the finest grid
 
 // texel: the sample; point: its position; away: distance of the viewer from it, in the object's metres.
 vec3 displaced(uvec4 texel, vec3 point, float away) {

@@ -1,10 +1,8 @@
 // Computes where the depth images of an object show a point of its surface, in the object frame: on the cylinder's side, its caps
 // and the sides of the box about it (Liu, Liu and Wu 2007, §3.1). An image is numbered by face and layer, with flags above.
-#from depthwalk.bake.images import FACE_COUNT, Face
+#include "common/depth_object.glsl"
+#from depthwalk.bake.images import Face
 #from depthwalk.cook.lod_geometry import FACE_SHIFT, PAST_AXIS
-uniform int first_images[FACE_COUNT];   // number of each face's first image
-uniform vec4 cylinder;                  // radius, bottom, half width, half depth
-uniform float cylinder_height;
 
 const float TURN = 6.283185307179586;
 const int PER_FACE = 1 << FACE_SHIFT;   // the bits below hold the layer, the same number above them the face

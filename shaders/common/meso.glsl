@@ -7,10 +7,6 @@
 #include "common/faces.glsl"
 #from depthwalk.bake.meso import SQUARE_LEAST, SQUARE_RANGE, WOUND_MOST, WOUND_RANGE
 uniform sampler2D meso_relief;  // r = metres inward, gb = its slopes to the tile's right and up
-uniform vec2 meso_tile;         // width and height of a tile, metres
-uniform float meso_turn;        // tiles around the side
-uniform float meso_texels;      // per metre
-uniform float meso_height;      // metres; 0 where an object has none
 uniform float meso_fade;        // pixels: relief that covers fewer is not displaced
 
 struct Meso {

@@ -1,14 +1,13 @@
 // Covers a rectangle of the picture, in clip space, at one depth.
 #include "common/view.glsl"
 uniform float depth;        // of the rectangle, 0 to 1
-uniform vec2 low;           // corners, −1 to 1
-uniform vec2 high;
+uniform vec4 corners;       // the lower left and the upper right one, −1 to 1
 
 out vec2 uv;                // over the picture, 0 to 1
 out vec3 ray;               // world, from the viewer to one metre along the view axis
 
 void main() {
-    vec2 at = mix(low, high, vec2(gl_VertexID & 1, gl_VertexID >> 1));
+    vec2 at = mix(corners.xy, corners.zw, vec2(gl_VertexID & 1, gl_VertexID >> 1));
     uv = at * 0.5 + 0.5;
     ray = ray_from_screen * vec3(at, 1.0);
     gl_Position = vec4(at, 2.0 * depth - 1.0, 1.0);

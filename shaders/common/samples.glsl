@@ -1,8 +1,6 @@
 // Unpacks depth samples from vertices, to the object frame: 16-bit positions within a box.
 #from depthwalk.cook.lod_geometry import POSITION_STEPS, IMAGE_BITS, EASE_SHIFT, EASE, BORDER
-uniform vec3 box_low;   // object frame, metres
-uniform vec3 box_size;
-uniform float setback;  // metres by which boundary strips, which extrapolate a surface, are set back behind its samples
+#include "common/depth_object.glsl"
 
 // The last component: number of the image with its flags, and the part of the meso-structure's depth that applies.
 uint sample_image(uvec4 texel) { return texel.w & (1u << IMAGE_BITS) - 1u; }

@@ -5,23 +5,19 @@
 // own, which are one or, with PAIRED, two. PARTIAL: texels of the finest tier are left out. COORDINATES: the object has a
 // texture, and pages may lack the first levels of their colours.
 #from depthwalk.cook.used_texels import SUB_TILE
-#from depthwalk.cook.virtual_texture import LEVELS as MIP_TIER_LEVELS, MAX_MIP_TIERS
+#include "common/depth_object.glsl"
+#from depthwalk.cook.virtual_texture import LEVELS as MIP_TIER_LEVELS
 uniform sampler2D page_normals;         // (object normal + 1) / 2, remainder of the depth
 uniform sampler2D page_colours;         // components of colours, see colour_axes; with TINTED only the first ones,
 uniform sampler2D page_tints;           // the others, at half the resolution
-uniform vec4 first_colour;              // √linear colour, specular strength; without COLOURED of all texels
-uniform mat3x4 colour_axes;             // what each component adds
 uniform isampler2DArray page_table;     // per tile: the offset of its texels in the pages, and which sub-tiles are stored
-uniform vec2 image_size;                // texels
-uniform int first_rows[MAX_MIP_TIERS];  // rows of the table at which the tiles of each mip tier begin
-uniform int last_mip_tier;              // the coarsest that is stored
 #ifdef PARTIAL
-uniform int page_detail;                // of the finest tier: 1 every second texel is stored, 2 none; see `Detail`
+#define page_detail stored_detail
 #else
 const int page_detail = 0;              // all is stored
 #endif
 #ifdef COORDINATES
-uniform int colour_level;               // mip level of the pages that `page_colours` begins with
+#define colour_level stored_colour_level
 #else
 const int colour_level = 0;
 #endif

@@ -10,6 +10,7 @@ from depthwalk.bake.images import Face
 from depthwalk.cook.texel_encoding import DEPTH_PERIOD, depth_code, encode_normals, image_texels
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.shader_source import ShaderSource
+from depthwalk.render.resources.depth_image_object import DEPTH_OBJECT, depth_object_record
 from depthwalk.types import Array
 from shapes import bake, sphere
 
@@ -94,8 +95,10 @@ def looked_up(gl_device: Device, function: str, codes: tuple[int, ...], asked: f
     entries = gl_device.context.texture_array((1, 1, layers), 2, table.tobytes(), dtype="i2")
     entries.use(1)
     first_images = [0, *[layers] * (len(Face) - 1)]
-    placed = {"page_normals": 0, "page_table": 1, "first_images": first_images, "image_size": (8.0, 8.0)}
-    for name, value in (placed | uniforms).items():
+    values = {"first_images": first_images, "image_size": (8.0, 8.0), **uniforms}
+    held = {name: values.pop(name) for name in DEPTH_OBJECT.names or () if name in values}
+    scope.buffer(depth_object_record(**held)).bind_to_uniform_block(0)
+    for name, value in ({"page_normals": 0, "page_table": 1} | values).items():
         program[name] = value
     content = [(scope.buffer(np.array([asked], np.float32)), "1f", "asked")]
     array = gl_device.context.vertex_array(program, content)

@@ -14,6 +14,7 @@ from depthwalk.cook.texture_detail import Detail, at_detail, can_leave_out, deta
 from depthwalk.cook.virtual_texture import VirtualTexture, build_virtual_texture
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.shader_source import ShaderSource
+from depthwalk.render.resources.depth_image_object import depth_object_record
 from depthwalk.render.resources.surface_texture import upload_texture
 from shapes import bake, box, joined, sphere
 
@@ -137,7 +138,9 @@ def looked_up(
     for unit, picture in enumerate((uploaded.normals, uploaded.colours, uploaded.tints)):
         picture.use(unit)
     uploaded.page_table.use(3)
-    for name, value in (uploaded.uniforms | units | {"image": image, "image_size": size}).items():
+    record = depth_object_record(**uploaded.uniforms, image_size=size)
+    scope.buffer(record).bind_to_uniform_block(0)
+    for name, value in (units | {"image": image}).items():
         if name in program:
             program[name] = value
     scope.framebuffer([scope.texture((4, 4), 4)]).use()  # a headless context has no framebuffer of its own

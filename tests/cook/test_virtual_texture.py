@@ -312,7 +312,8 @@ def match_shader(gl_device: Device, baked: BakedObject, pages: VirtualTexture) -
         picture.use(unit)
     texture.page_table.use(3)
     units = {"page_normals": 0, "page_colours": 1, "page_tints": 2, "page_table": 3}
-    for name, value in (drawn.surface | texture.uniforms | units).items():
+    drawn.block.bind_to_uniform_block(0)
+    for name, value in units.items():
         if name in program:
             program[name] = value
     scope.framebuffer([scope.texture((4, 4), 4)]).use()  # a headless context has no framebuffer of its own

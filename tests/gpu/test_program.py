@@ -104,7 +104,7 @@ def test_a_released_program_is_used_again_with_the_uniforms_that_it_had_at_first
         assert drawn(scope, program) == [0, 1, 0, 0]
         program.set(zero=7.0, both=(2.0, 3.0))
         assert drawn(scope, program) == [7, 1, 2, 3]
-        program.use(program.packed(one=5.0, both=(6.0, 8.0)))
+        program.set(one=5.0, both=(6.0, 8.0))
         assert drawn(scope, program) == [7, 5, 6, 8]
         scope.release()
     assert linked[0] is linked[1]

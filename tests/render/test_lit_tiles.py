@@ -15,6 +15,7 @@ from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.impostors.tile_records import WARP_RECORD
 from depthwalk.render.lighting.harmonics import polynomials
 from depthwalk.render.lighting.irradiance import lighting
+from depthwalk.render.resources.depth_image_object import DEPTH_OBJECT_BLOCK, depth_object_record
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
@@ -68,7 +69,9 @@ def test_vertices_carry_what_finds_their_point_again(gl_device: Device) -> None:
     program = gl_device.context.program(
         vertex_shader=ShaderSource("warp/warp.vert", "#define LIT\n").text, varyings=varyings
     )
-    program["box_low"], program["box_size"] = (-1, -1, -1), (2, 2, 2)
+    program["DepthObject"].binding = DEPTH_OBJECT_BLOCK["DepthObject"]
+    block = scope.buffer(depth_object_record(box_low=-1, box_size=2))
+    block.bind_to_uniform_block(DEPTH_OBJECT_BLOCK["DepthObject"])
     vertices, instances = scope.buffer(samples), scope.buffer(records)
     layout = "4f 4f 4f 3f 36x 16x 4f/i"
     names = ["in_right", "in_up", "in_normal", "in_depths", "in_rotation"]

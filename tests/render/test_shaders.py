@@ -21,6 +21,7 @@ from depthwalk.reference.light import Surfaces, phong
 from depthwalk.reference.warp import warp
 from depthwalk.render.impostors.tile_records import WARP_RECORD
 from depthwalk.render.impostors.warp_planes import Volumes, choose_planes
+from depthwalk.render.resources.depth_image_object import DEPTH_OBJECT_BLOCK, depth_object_record
 from depthwalk.render.view.view import View
 from depthwalk.resources import shader_root
 from depthwalk.scene.arrays import Camera, Representation
@@ -59,7 +60,9 @@ def test_pass_one_matches_its_twin(gl_device: Device) -> None:
     program = gl_device.context.program(
         vertex_shader=ShaderSource("warp/warp.vert", "").text, varyings=("gl_Position",)
     )
-    program["box_low"], program["box_size"] = tuple(low), tuple(size)
+    program["DepthObject"].binding = DEPTH_OBJECT_BLOCK["DepthObject"]
+    block = scope.buffer(depth_object_record(box_low=low, box_size=size))
+    block.bind_to_uniform_block(DEPTH_OBJECT_BLOCK["DepthObject"])
     vertices, instances = scope.buffer(samples), scope.buffer(records)
     layout = "4f 4f 4f 3f 3f 3f 3f 32x/i"
     names = ["in_right", "in_up", "in_normal", "in_depths", "in_to_x", "in_to_y", "in_to_w"]

@@ -19,6 +19,7 @@ from depthwalk.gpu.program import Program
 from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.reference.texture_coordinates import coordinates_at, step_within
 from depthwalk.render.image import read_pixels
+from depthwalk.render.resources.depth_image_object import DEPTH_OBJECT_BLOCK, depth_object_record
 from depthwalk.render.resources.surface_texture import upload_texture
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
@@ -67,12 +68,17 @@ Draw = Callable[..., tuple[Array, Array]]
 def draw(gl_device: Device, tmp_path: Path) -> Draw:
     """Draws a fragment shader over a picture; returns its two outputs, (h · w, 4) each, the lower row first."""
 
-    def run(shader: str, codes: Array | None = None, **uniforms: object) -> tuple[Array, Array]:
+    def run(
+        shader: str, codes: Array | None = None, record: NDArray[np.void] | None = None, **uniforms: object
+    ) -> tuple[Array, Array]:
         (tmp_path / "test.frag").write_text(f"// Tests.\n{shader}")
         scope = gl_device.scope("test")
         try:
             defines = "COLOURED", "COORDINATES"
-            program = Program(scope, "common/fullscreen.vert", tmp_path / "test.frag", defines)
+            blocks = DEPTH_OBJECT_BLOCK
+            program = Program(scope, "common/fullscreen.vert", tmp_path / "test.frag", defines, blocks)
+            held = scope.buffer(depth_object_record() if record is None else record)
+            held.bind_to_uniform_block(blocks["DepthObject"])
             targets = [scope.texture(SIZE, 4, "f4") for _ in range(2)]
             if codes is not None:
                 data = np.ascontiguousarray(codes).tobytes()
@@ -141,8 +147,10 @@ def test_the_shader_steps_as_its_twin_does(draw: Draw, face: Face, normal: tuple
         normal=normal,
         viewer=tuple(viewer),
         change=change,
-        cylinder=(CYLINDER.radius, CYLINDER.bottom, CYLINDER.half_width, CYLINDER.half_depth),
-        cylinder_height=CYLINDER.height,
+        record=depth_object_record(
+            cylinder=(CYLINDER.radius, CYLINDER.bottom, CYLINDER.half_width, CYLINDER.half_depth),
+            cylinder_height=CYLINDER.height,
+        ),
     )
     points = where[:, :3].astype(np.float64)
     expected = step_within(CYLINDER, face, points, np.array([normal]), points - viewer, np.array([change]))

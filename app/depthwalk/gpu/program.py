@@ -17,9 +17,6 @@ T = TypeVar("T")
 
 _NEVER_SET = object()
 
-Packed = list[tuple[str, Callable[[bytes], None], bytes]]
-"""Uniforms of a program: the name of each, the function that writes it, and the bytes of its value."""
-
 # Extensions that shaders use where the compiler has them; each is then also #defined, by its name in capitals.
 _PREAMBLE = "".join(
     f"#ifdef GL_ARB_{feature}\n#extension GL_ARB_{feature} : enable\n#define {feature.upper()} 1\n#endif\n"
@@ -137,24 +134,6 @@ class Program:
                 held[name] = list(value) if isinstance(value, list) else value
             elif name not in self._declared:
                 raise KeyError(f"no uniform {name!r} in this program")
-
-    def packed(self, **values: Any) -> Packed:
-        """Set uniforms as `set` does, and return their bytes for `use`, which sets them again in less time.
-
-        This is for sets of values that are used in turn, such as those of each asset.
-        """
-        self.set(**values)
-        kept = self._linked.uniforms
-        uniforms = ((name, kept[name]) for name in values if name in kept)
-        return [(name, uniform.write, uniform.read()) for name, uniform in uniforms]
-
-    def use(self, packed: Packed) -> None:
-        """Set the uniforms that `packed` returned for this program."""
-        held = self._linked.held
-        for name, write, data in packed:
-            if held.get(name) != data:
-                write(data)
-                held[name] = data
 
     @cached_property
     def array(self) -> moderngl.VertexArray:

@@ -62,7 +62,7 @@ def test_records_are_fetched_by_number(gl_device: Device) -> None:
     framebuffer.use()
     framebuffer.clear(depth=1.0)
     program = Program(scope, "common/rectangle.vert", "material_resolve/material_depth.frag")
-    program.set(low=(-1.0, -1.0), high=(1.0, 1.0), objects=0, visibility_texture=1)
+    program.set(corners=(-1.0, -1.0, 1.0, 1.0), objects=0, visibility_texture=1)
     texture.use(0)
     visible.use(1)
     with scope.state(depth_test=LESS):

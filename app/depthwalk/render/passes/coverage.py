@@ -40,7 +40,7 @@ class CoveragePass(Pass[Params]):
             texture.use(unit)
         program = self._programs[blending_defines(frame)]
         program.set(before_texture=0, visibility_texture=1, depth_texture=2)
-        program.set(depth=FULL_COVERAGE, low=tuple(materials.low.min(0)), high=tuple(materials.high.max(0)))
+        program.set(depth=FULL_COVERAGE, corners=(*materials.low.min(0), *materials.high.max(0)))
         # In front of full coverage are the pixels that `material_resolve` marked as covered in part.
         into = covered_pixels(frame, self._with_depth)
         with self.gl.state(into=into, depth_test=">", depth_write=False):

@@ -11,6 +11,7 @@ from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.resources.depth_image_object import DEPTH_OBJECT_BLOCK
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 
 BEHIND = 0.002  # metres that backs count as farther away than they are
@@ -25,7 +26,8 @@ class DmeshPass(Pass[Params]):
 
     def setup(self, gl: Scope) -> None:
         """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
-        self._programs = Variants(lambda defines: Program(gl, "dmesh/dmesh.vert", "dmesh/dmesh.frag", defines))
+        shaders = "dmesh/dmesh.vert", "dmesh/dmesh.frag"
+        self._programs = Variants(lambda defines: Program(gl, *shaders, defines, DEPTH_OBJECT_BLOCK))
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *GRID_LAYOUT))
         self._instances = InstanceStream(gl, PLACED_RECORD)
 

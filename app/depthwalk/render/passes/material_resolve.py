@@ -19,7 +19,7 @@ from depthwalk.gpu.state import ALWAYS
 from depthwalk.params import Params
 from depthwalk.render.draw.material_depth import FULL_COVERAGE, SURFACE_RECORD, MaterialRecords
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.resources.depth_image_object import SURFACE_UNITS
+from depthwalk.render.resources.depth_image_object import DEPTH_OBJECT_BLOCK, SURFACE_UNITS, surface_samplers
 
 _SURFACE = 2  # first texture unit of an object's textures
 _SUN_MAPS = _SURFACE + SURFACE_UNITS  # texture unit
@@ -41,9 +41,14 @@ class MaterialResolvePass(Pass[Params]):
     def setup(self, gl: Scope) -> None:
         """Create the programs and the texture of object records; `gl` owns them."""
         self._material_depth = Program(gl, "common/rectangle.vert", "material_resolve/material_depth.frag")
-        shaders = "common/rectangle.vert", "material_resolve/material_resolve.frag"
-        self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
+        self._programs = Variants(self._program)
         self._objects = RecordTexture(gl, SURFACE_RECORD)
+
+    def _program(self, defines: tuple[str, ...]) -> Program:
+        shaders = "common/rectangle.vert", "material_resolve/material_resolve.frag"
+        program = Program(self.gl, *shaders, defines, DEPTH_OBJECT_BLOCK)
+        program.set(objects=0, visibility_texture=1, **surface_samplers(_SURFACE))
+        return program
 
     def enabled(self, frame: Frame, params: Params) -> bool:
         """Return whether `frame` shows objects by their depth images; `params` is empty."""
@@ -69,9 +74,9 @@ class MaterialResolvePass(Pass[Params]):
         yield from self._resolve(frame, materials, target, "==", np.stack(depths, -1))
 
     def _draw_material_depth(self, frame: Frame, materials: MaterialRecords) -> None:
-        low, high = materials.low.min(0), materials.high.max(0)
         self._bind(frame)
-        self._material_depth.set(low=tuple(low), high=tuple(high), objects=0, visibility_texture=1)
+        corners = *materials.low.min(0), *materials.high.max(0)
+        self._material_depth.set(corners=corners, objects=0, visibility_texture=1)
         with self.gl.state(into=frame.targets.material_depth, depth_test=ALWAYS):
             self._material_depth.rectangles()
 
@@ -91,19 +96,19 @@ class MaterialResolvePass(Pass[Params]):
         defines, light = _light(frame)
         if frame.common.show_tiles:
             defines += ("SHOW_TILES",)
-        uniforms = {"objects": 0, "visibility_texture": 1, **light}
-        columns = materials.assets.tolist(), depths.tolist(), materials.low.tolist(), materials.high.tolist()
+        corners = np.concatenate([materials.low, materials.high], 1)
+        columns = materials.assets.tolist(), depths.tolist(), corners.tolist()
         rows = list(zip(*columns, strict=True))
         for part in _parts(materials):
             if part.start:
                 yield
             self._bind(frame)
             with self.gl.state(into=target, depth_test=depth_test, depth_write=False):
-                for number, asset_depths, low, high in rows[part]:
+                for number, asset_depths, rectangle in rows[part]:
                     asset = frame.assets.depth_object(number)
                     program = self._programs[*asset.surface_defines, *defines]
                     asset.use_surface(program, _SURFACE, frame.common.lod)
-                    program.set(**uniforms, low=tuple(low), high=tuple(high))
+                    program.set(**light, corners=tuple(rectangle))
                     for depth in asset_depths:
                         program.set(depth=depth)
                         program.rectangles()

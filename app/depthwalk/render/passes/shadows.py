@@ -16,6 +16,7 @@ from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import ALWAYS, LESS
 from depthwalk.render.draw.draw_lists import PART_TRIANGLES, DrawBatch, DrawList
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.resources.depth_image_object import DEPTH_OBJECT_BLOCK
 from depthwalk.render.resources.mesh_object import CUT_OUT_LAYOUT, POSITION_LAYOUT, MeshObject
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.shadows.cascades import Cascade
@@ -53,7 +54,7 @@ class ShadowsPass(Pass[ShadowParams]):
         """Prepare programs, vertex arrays and the atlases of maps; `gl` owns them."""
         self._view = ViewBlock(gl, MAP_VIEW)
         shaders = "shadows/grid.vert", "shadows/map.frag"
-        self._grid = Variants(lambda defines: Program(gl, *shaders, defines, {"View": MAP_VIEW}))
+        self._grid = Variants(lambda defines: Program(gl, *shaders, defines, DEPTH_OBJECT_BLOCK | {"View": MAP_VIEW}))
         self._grid_arrays = Variants(lambda defines: AssetArrays(gl, self._grid[defines], *GRID_LAYOUT))
         self._mesh = Program(gl, "shadows/mesh.vert", "shadows/map.frag", blocks={"View": MAP_VIEW})
         self._mesh_arrays = AssetArrays(gl, self._mesh, *POSITION_LAYOUT)

@@ -23,6 +23,7 @@ from depthwalk.render.draw.draw_lists import PART_TRIANGLES, DrawList
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.impostors.tile_records import WARP_RECORD
 from depthwalk.render.paper.ordered_indices import OrderedIndices
+from depthwalk.render.resources.depth_image_object import DEPTH_OBJECT_BLOCK, surface_samplers
 from depthwalk.scene.object_settings import WarpParams
 
 _SLOT = np.dtype([("slot", "4f4")])
@@ -37,12 +38,18 @@ class WarpPass(Pass[WarpParams]):
 
     def setup(self, gl: Scope) -> None:
         """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
-        self._programs = Variants(lambda defines: Program(gl, "warp/warp.vert", "warp/warp.frag", defines))
+        self._programs = Variants(self._program)
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *GRID_LAYOUT))
         self._ordered = Variants(lambda defines: OrderedIndices(gl, self._programs[defines].gl))
         self._instances = InstanceStream(gl, WARP_RECORD)
         self._clear = Variants(lambda defines: Program(gl, "warp/clear.vert", "warp/clear.frag", defines))
         self._slots = InstanceStream(gl, _SLOT)
+
+    def _program(self, defines: tuple[str, ...]) -> Program:
+        program = Program(self.gl, "warp/warp.vert", "warp/warp.frag", defines, DEPTH_OBJECT_BLOCK)
+        if "LIT" in defines:
+            program.set(**surface_samplers(1))
+        return program
 
     def enabled(self, frame: Frame, params: WarpParams) -> bool:
         """Return whether `frame` warps any tile; otherwise the atlas is not touched. The `params` do not matter."""
@@ -73,10 +80,11 @@ class WarpPass(Pass[WarpParams]):
                 surface = (name for name in asset.surface_defines if name != "COORDINATES")
                 defines = *surface, *light_defines
             program = self._programs[defines]
-            asset.use_geometry(program, frame.common.lod)
             if frame.common.lit_tiles:
                 asset.use_surface(program, 1, frame.common.lod)
                 program.set(**light)
+            else:
+                asset.use_geometry(program, frame.common.lod)
             ordered = self._ordered[defines] if in_order and not frame.assets.parts.is_shipped_cooked(number) else None
             for clipped, run in groupby(batches, attrgetter("clipped")):
                 with self.gl.state(direct=CLIP_DISTANCES if clipped else ()):

@@ -1,10 +1,10 @@
-"""Upload depth images: their geometry as vertex and index buffers, and the uniforms of the shaders that draw them.
+"""Upload depth images: their geometry as vertex and index buffers, and a uniform block that shaders read of each.
 
 A baked object is drawn in two steps. First its geometry is warped into an impostor or drawn straight into the picture,
 which needs `use_geometry`. Later each pixel looks up the surface that it shows, which needs `use_surface`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.face_grid import FaceGrid, square_texel
-from depthwalk.bake.images import BakedObject, Cylinder, Face
+from depthwalk.bake.images import FACE_COUNT, BakedObject, Cylinder, Face
 from depthwalk.bake.meso import Meso
 from depthwalk.cook.cases import ALL_PIECES, piece_runs
 from depthwalk.cook.index_chunks import Chunks, chunk_runs, vertex_numbers
 from depthwalk.cook.lod_geometry import VERTEX_BYTES, LodGeometry, vertex_positions
+from depthwalk.cook.virtual_texture import MAX_MIP_TIERS
 from depthwalk.geometry.adjacency import Shape
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
-from depthwalk.gpu.program import Packed, Program
+from depthwalk.gpu.program import Program
 from depthwalk.render.resources.foliage import is_foliage
 from depthwalk.render.resources.surface_texture import SurfaceTexture
 from depthwalk.scene.object_settings import LodParams
@@ -31,7 +32,58 @@ from depthwalk.scene.object_settings import LodParams
 # and 2, tried on five models, 0.5 gave the pictures most like those of the meshes.
 _SETBACK = 0.5
 
-SURFACE_UNITS = 7  # texture units that looking up a surface takes
+# What looking up a surface reads, in the order of its texture units. Each has its own, as not all objects have all.
+_PAGES = "page_normals", "page_colours", "page_tints", "page_table", "page_coordinates"
+_SAMPLERS = *_PAGES, "base_texture", "meso_relief"
+SURFACE_UNITS = len(_SAMPLERS)
+
+# std140: vectors of three begin at multiples of 16 bytes, as do all elements of arrays.
+DEPTH_OBJECT = np.dtype(
+    [
+        ("cylinder", "4f4"),
+        ("box_low", "3f4"),
+        ("setback", "f4"),
+        ("box_size", "3f4"),
+        ("meso_spacing", "f4"),
+        ("cylinder_height", "f4"),
+        ("shininess", "f4"),
+        ("image_size", "2f4"),
+        ("meso_tile", "2f4"),
+        ("meso_turn", "f4"),
+        ("meso_texels", "f4"),
+        ("meso_height", "f4"),
+        ("last_mip_tier", "i4"),
+        ("page_detail", "i4"),
+        ("colour_level", "i4"),
+        ("first_colour", "4f4"),
+        ("colour_axes", "12f4"),
+        ("first_images", "i4", (FACE_COUNT, 4)),
+        ("texels", "f4", (FACE_COUNT, 4)),
+        ("first_rows", "i4", (MAX_MIP_TIERS, 4)),
+    ]
+)
+"""The uniform block of shaders/common/depth_object.glsl; of the elements of arrays only the first number counts."""
+_BINDING = 2  # of the block; 0 and 1 are those of `render.view.view_block`
+DEPTH_OBJECT_BLOCK = {"DepthObject": _BINDING}  # the `blocks` of each `Program` that draws depth images
+
+
+def surface_samplers(first_unit: int) -> dict[str, int]:
+    """Return the units of the samplers that look surfaces up, by name; first_unit: see `DepthObject.use_surface`."""
+    return {name: unit for unit, name in enumerate(_SAMPLERS, first_unit)}
+
+
+def depth_object_record(**values: Any) -> NDArray[np.void]:
+    """Return a single DEPTH_OBJECT record of `values`, by the names of its fields; the others are 0."""
+    record = np.zeros((), DEPTH_OBJECT)
+    _fill(record, values)
+    return record
+
+
+def _fill(record: NDArray[np.void], values: Mapping[str, Any]) -> None:
+    """Write `values` into the fields of a single DEPTH_OBJECT record."""
+    for name, value in values.items():
+        field = record[name]
+        (field if field.ndim < 2 else field[:, 0])[...] = value
 
 
 @dataclass(kw_only=True)
@@ -54,12 +106,12 @@ class DepthObject:
         Colours and normals; None until `TextureStreaming.fit` has chosen their resolution.
     meso
         The relief of the meso-structure, which repeats; one texel for an object without meso-structure.
-    geometry
-        Uniforms of the vertex stage, by name.
-    surface
-        Uniforms of shaders/common/depth_images.glsl, by name.
-    relief
-        Uniforms of shaders/common/meso.glsl and faces.glsl, by name.
+    record
+        A single DEPTH_OBJECT record, what shaders read of the object.
+    block
+        The same on the GPU.
+    least_texels
+        The texels per metre of the face that has the fewest, object frame.
     keeps_normals
         Whether normals that face away from the viewer stay as they are, see `BakedObject`.
     is_unlit
@@ -73,16 +125,16 @@ class DepthObject:
     finest: tuple[tuple[int, int], ...]
     texture: SurfaceTexture | None
     meso: moderngl.Texture
-    geometry: dict[str, Any]
-    surface: dict[str, Any]
-    relief: dict[str, Any]
+    record: NDArray[np.void]
+    block: moderngl.Buffer
+    least_texels: float
     keeps_normals: bool = False
     is_unlit: bool = False
 
-    @property
+    @cached_property
     def defines(self) -> tuple[str, ...]:
         """Return the defines of the shaders that draw the geometry: `MESO` for an object with meso-structure."""
-        return ("MESO",) if self.relief["meso_height"] > 0 else ()
+        return ("MESO",) if self.record["meso_height"] > 0 else ()
 
     @property
     def surface_defines(self) -> tuple[str, ...]:
@@ -95,7 +147,7 @@ class DepthObject:
     def owned(self) -> tuple[moderngl.Buffer | moderngl.Texture | moderngl.TextureArray, ...]:
         """Return all GL objects of this object, to be freed when it is evicted."""
         textures = () if self.texture is None else self.texture.owned
-        return self.vertices, self.indices, self.meso, *textures
+        return self.vertices, self.indices, self.meso, self.block, *textures
 
     @property
     def bytes(self) -> int:
@@ -105,11 +157,6 @@ class DepthObject:
     @cached_property
     def _geometry_bytes(self) -> int:
         return self.vertices.size + self.indices.size
-
-    @property
-    def least_texels(self) -> float:
-        """Return the texels per metre of the face that has the fewest, object frame."""
-        return float(min(self.surface["texels"]))
 
     @property
     def _shown_texture(self) -> SurfaceTexture:
@@ -135,7 +182,7 @@ class DepthObject:
         Shape
             Positions (v, 3) float32, metres, object frame, and triangles (t, 3) uint32, rows of these.
         """
-        low, size = (np.array(self.geometry[name], np.float32) for name in ("box_low", "box_size"))
+        low, size = self.record["box_low"], self.record["box_size"]
         samples = np.frombuffer(self.vertices.read(), np.uint16).reshape(-1, 4)
         indices = np.frombuffer(self.indices.read(), self.index_type)
         numbers = [vertex_numbers(indices, self.chunks, first, count) for first, count in runs]
@@ -181,58 +228,44 @@ class DepthObject:
         """Return a cache of the draw calls for each run of indices; there are few runs, of levels and their pieces."""
         return {}
 
-    def use_geometry(self, program: Program, lod: LodParams) -> None:
-        """Bind the meso-structure to the first texture unit, and set the uniforms that the vertex stage reads.
+    def use_geometry(self, program: Program, lod: LodParams, relief_unit: int = 0) -> None:
+        """Bind what the vertex stage reads: the uniform block and, where there is one, the meso-structure.
 
         Parameters
         ----------
         program
-            The program that draws.
+            The program that draws, with `DEPTH_OBJECT_BLOCK` as `blocks`.
         lod
             The settings of detail.
+        relief_unit
+            The texture unit of the meso-structure.
         """
-        self.meso.use(0)
-        key = program, None
-        if key not in self._uniforms:
-            self._uniforms[key] = program.packed(meso_relief=0, **self.geometry, **self.relief)
-        program.use(self._uniforms[key])
-        program.set(meso_fade=lod.meso_fade)
+        self.block.bind_to_uniform_block(_BINDING)
+        if self.defines:
+            self.meso.use(relief_unit)
+            program.set(meso_fade=lod.meso_fade)
 
     def use_surface(self, program: Program, first_unit: int, lod: LodParams) -> None:
-        """Bind textures to at most `SURFACE_UNITS` texture units, and set the uniforms for looking up a surface.
+        """Bind what looking up a surface reads: the uniform block, and textures to `SURFACE_UNITS` texture units.
 
         Parameters
         ----------
         program
-            The program that looks surfaces up.
+            The program that looks surfaces up, with `DEPTH_OBJECT_BLOCK` as `blocks` and `surface_samplers` set.
         first_unit
             The number of the first texture unit.
         lod
             The settings of detail.
         """
-        texture = self._shown_texture
-        images: dict[str, moderngl.Texture | moderngl.TextureArray] = {
-            "page_normals": texture.normals,
-            "page_colours": texture.colours,
-            "page_tints": texture.tints,
-            "page_table": texture.page_table,
-            "meso_relief": self.meso,
-        }
-        if texture.coordinates is not None and texture.base is not None:
-            images |= {"page_coordinates": texture.coordinates, "base_texture": texture.base}
-        for unit, image in enumerate(images.values(), first_unit):
+        for unit, image in enumerate(self._shown_texture.images, first_unit):
             image.use(unit)
-        key = program, (texture.detail, first_unit)
-        if key not in self._uniforms:
-            units = {name: unit for unit, name in enumerate(images, first_unit)}
-            self._uniforms[key] = program.packed(**units, **texture.uniforms, **self.surface, **self.relief)
-        program.use(self._uniforms[key])
-        program.set(meso_fade=lod.meso_fade)
+        self.use_geometry(program, lod, first_unit + SURFACE_UNITS - 1)
 
-    @cached_property
-    def _uniforms(self) -> dict[tuple[Program, tuple[int, int] | None], Packed]:
-        """Return a cache of packed uniforms by program; for surfaces, also by texture detail and first unit."""
-        return {}
+    def show_texture(self, gl: Scope, texture: SurfaceTexture) -> None:
+        """Look surfaces up in `texture` from now on. gl: the scope that owns the object."""
+        self.texture = texture
+        _fill(self.record, texture.uniforms)
+        gl.refill(self.block, self.record)
 
 
 def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObject:
@@ -256,6 +289,20 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObje
     height, width = images[0].depth.shape
     texels = {face: FaceGrid(cylinder=cylinder, face=face, height=height, width=width) for face in Face}
     faces = np.array([image.face for image in images])
+    texels_per_metre = [1 / texels[face].longest_texel for face in Face]
+    record = depth_object_record(
+        box_low=grids.box_low,
+        box_size=grids.box_size,
+        setback=_SETBACK * square_texel(baked),
+        meso_spacing=max(texels[image.face].longest_texel for image in images),
+        texels=texels_per_metre,
+        shininess=baked.shininess,
+        image_size=(width, height),
+        cylinder=(cylinder.radius, cylinder.bottom, cylinder.half_width, cylinder.half_depth),
+        cylinder_height=cylinder.height,
+        first_images=[(faces < face).sum() for face in Face],
+        **_relief(baked.meso, cylinder),
+    )
     return DepthObject(
         vertices=gl.buffer(grids.vertices),
         indices=gl.buffer(grids.indices),
@@ -264,23 +311,9 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObje
         finest=tuple(piece_runs(grids.first[0], grids.count[0], ALL_PIECES)),
         texture=None,
         meso=_upload_meso(gl, baked.meso),
-        geometry={
-            "box_low": tuple(grids.box_low.tolist()),
-            "box_size": tuple(grids.box_size.tolist()),
-            "setback": _SETBACK * square_texel(baked),
-            "meso_spacing": max(texels[image.face].longest_texel for image in images),
-        },
-        surface={
-            "texels": [1 / texels[face].longest_texel for face in Face],
-            "shininess": baked.shininess,
-            "image_size": (width, height),
-        },
-        relief=_relief(baked.meso, cylinder)
-        | {
-            "cylinder": (cylinder.radius, cylinder.bottom, cylinder.half_width, cylinder.half_depth),
-            "cylinder_height": cylinder.height,
-            "first_images": [int((faces < face).sum()) for face in Face],
-        },
+        record=record,
+        block=gl.buffer(record, dynamic=True),
+        least_texels=min(texels_per_metre),
         keeps_normals=baked.keeps_normals,
         is_unlit=baked.is_unlit,
     )
@@ -294,9 +327,9 @@ def _upload_meso(gl: Scope, meso: Meso | None) -> moderngl.Texture:
 
 
 def _relief(meso: Meso | None, cylinder: Cylinder) -> dict[str, Any]:
-    """Return the uniforms of shaders/common/meso.glsl; without meso-structure only a height of 0."""
+    """Return the fields of DEPTH_OBJECT for the meso-structure; none without it."""
     if meso is None:
-        return {"meso_height": 0.0}
+        return {}
     height, width = meso.relief.shape[:2]
     return {
         "meso_height": meso.height,

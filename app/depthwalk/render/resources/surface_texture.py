@@ -4,6 +4,7 @@
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import moderngl
@@ -39,7 +40,7 @@ class SurfaceTexture:
     defines
         Defines of shaders/common/virtual_texture.glsl: which colours the object has, and whether texels are left out.
     uniforms
-        Uniforms of shaders/common/virtual_texture.glsl, by name.
+        Values of the object's uniform block, by name, see `depth_image_object.DEPTH_OBJECT`.
     bytes
         Bytes of GPU memory, mip-maps included.
     """
@@ -55,11 +56,16 @@ class SurfaceTexture:
     uniforms: dict[str, Any]
     bytes: int
 
+    @cached_property
+    def images(self) -> tuple[moderngl.Texture | moderngl.TextureArray, ...]:
+        """Return the textures in the order of their texture units; without coordinates and base where it has none."""
+        textured = (self.coordinates, self.base) if self.coordinates is not None and self.base is not None else ()
+        return self.normals, self.colours, self.tints, self.page_table, *textured
+
     @property
     def owned(self) -> tuple[moderngl.Texture | moderngl.TextureArray, ...]:
         """Return all GL objects of this texture, to be freed when it is replaced."""
-        textured = (texture for texture in (self.coordinates, self.base) if texture is not None)
-        return self.normals, self.colours, self.tints, self.page_table, *textured
+        return self.images
 
 
 def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceTexture:

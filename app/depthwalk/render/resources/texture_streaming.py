@@ -69,7 +69,7 @@ class TextureStreaming:
             self._whole[number] = texture
             self._texels[number] = texture.normals[..., 0].size
         else:
-            self._objects[number].texture = upload_texture(self._gl, texture, Detail.FULL)
+            self._objects[number].show_texture(self._gl, upload_texture(self._gl, texture, Detail.FULL))
 
     def fit(
         self,
@@ -164,4 +164,4 @@ class TextureStreaming:
             self._gl.free(*drawn.texture.owned)
             drawn.texture = None
         self._make_room(texture.table.nbytes + texture.bytes_with_mip_maps, needed)
-        drawn.texture = upload_texture(self._gl, texture, detail)
+        drawn.show_texture(self._gl, upload_texture(self._gl, texture, detail))
