@@ -4,8 +4,10 @@ No pass sets or resets GL state directly. The state that a draw needs is given b
 outside all blocks have the defaults of `State`.
 """
 
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
-from typing import NamedTuple, TypedDict, Unpack
+from functools import partial
+from typing import Any, NamedTuple, TypedDict, Unpack
 
 import moderngl
 
@@ -68,6 +70,7 @@ class StateKeeper:
     def __init__(self, context: moderngl.Context) -> None:
         """Start with the defaults of `State`; moderngl's `context` must have them, as a new one does."""
         self._context = context
+        self._calls: dict[tuple[State, State], list[tuple[Callable[[Any], None], Any]]] = {}  # that change one to other
         self.now = State()
 
     def changed(
@@ -96,28 +99,33 @@ class StateKeeper:
 
     def set(self, state: State) -> None:
         """Switch the context to `state`, with as few GL calls as possible."""
-        before, self.now, context = self.now, state, self._context
-        if state is before or state == before:
+        before, self.now = self.now, state
+        if state is before:
             return
+        change = before, state
+        if change not in self._calls:
+            self._calls[change] = list(self._calls_for(before, state))
+        for call, value in self._calls[change]:
+            call(value)
+
+    def _calls_for(self, before: State, state: State) -> Iterator[tuple[Callable[[Any], None], Any]]:
+        """Yield what switches the context from one state to another: functions, each with its argument."""
+        context = self._context
         was, wanted = _flags(before), _flags(state)
         if was & ~wanted:
-            context.disable(was & ~wanted)
+            yield context.disable, was & ~wanted
         if wanted & ~was:
-            context.enable(wanted & ~was)
+            yield context.enable, wanted & ~was
         if state.blend is not None and state.blend != before.blend:
-            context.blend_func = state.blend
+            yield partial(setattr, context, "blend_func"), state.blend
         if (before.depth_test or LESS) != (state.depth_test or LESS):
-            context.depth_func = state.depth_test or LESS
+            yield partial(setattr, context, "depth_func"), state.depth_test or LESS
         if before.wireframe != state.wireframe:
-            context.wireframe = state.wireframe
+            yield partial(setattr, context, "wireframe"), state.wireframe
         if before.depth_offset != state.depth_offset:
-            context.polygon_offset = state.depth_offset
-        for capability in before.direct:
-            if capability not in state.direct:
-                context.disable_direct(capability)
-        for capability in state.direct:
-            if capability not in before.direct:
-                context.enable_direct(capability)
+            yield partial(setattr, context, "polygon_offset"), state.depth_offset
+        yield from ((context.disable_direct, number) for number in before.direct if number not in state.direct)
+        yield from ((context.enable_direct, number) for number in state.direct if number not in before.direct)
 
 
 class _Block(AbstractContextManager[None]):

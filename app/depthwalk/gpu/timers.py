@@ -8,7 +8,8 @@ in few frames, and not in the first ones, in which shaders are compiled.
 import time
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from typing import Any
 
 import moderngl
 
@@ -17,6 +18,7 @@ from depthwalk.gpu.device import Device
 LONGEST_SUBMISSION = 250.0  # ms; the watchdog of Windows kills work of 2 s, and other programs wait until it is done
 _FRAMES_IN_FLIGHT = 4  # a query is read this many frames after it was issued, when its result no longer blocks
 _FIRST_DRAINED = 3  # earlier frames compile shaders, which later ones do not; a window at rest draws few more
+_NOTHING = nullcontext()
 _DRAINED_EVERY = 8  # frames, one of which is drained; that takes a tenth longer, as its passes cannot share the cores
 
 
@@ -44,6 +46,8 @@ class PassTimers:
         The number of the current frame, from 0.
     of_frame
         The number of the frame that `milliseconds` belongs to; −1 before any frame's times are known.
+    waited
+        Seconds that a GPU was waited for so far in blocks of `waiting`; 0 with "finish".
     busy_waiting
         Seconds of processor time that the drawing thread has spent so far in blocks of `waiting`, where some drivers
         keep a core busy; 0 with "finish".
@@ -60,7 +64,7 @@ class PassTimers:
         self._next = _FIRST_DRAINED  # the next frame to be drained
         self._measured: list[tuple[str, float | moderngl.Query]] = []
         self._clocked: dict[str, float] = defaultdict(float)
-        self._waited = 0.0  # s that a GPU was waited for within blocks of `measure_cpu`
+        self.waited = 0.0
         self._pending: deque[tuple[int, list[tuple[str, float | moderngl.Query]]]] = deque()
         self._spare: list[moderngl.Query] = []  # for reuse, as moderngl cannot release queries
 
@@ -68,44 +72,34 @@ class PassTimers:
         """Time the passes of the next frame, too."""
         self._next = self.frame
 
-    @contextmanager
-    def measure_cpu(self, name: str) -> Iterator[None]:
+    def measure_cpu(self, name: str) -> AbstractContextManager[object]:
         """Measure a `with` block by the clock; `name` is its key in `milliseconds`.
 
         If it has GL commands that take the GPU long, or waits for the GPU, see `measure_within` and `waiting`.
         """
-        start, waited = time.perf_counter(), self._waited
-        yield
-        milliseconds = (time.perf_counter() - start - (self._waited - waited)) * 1e3
-        self._measured.append((name, milliseconds))
-        self._clocked[name] += milliseconds
+        return _ClockBlock(self, name)
 
-    @contextmanager
-    def measure(self, name: str) -> Iterator[None]:
+    def measure(self, name: str) -> AbstractContextManager[object]:
         """Measure a `with` block of GL commands, as `kind` says; `name` is its key in `milliseconds`."""
         if self.kind == "gpu":
-            query = self._spare.pop() if self._spare else self._context.query(time=True)
-            with query:
-                yield
+            query: Any = self._spare.pop() if self._spare else self._context.query(time=True)
             self._measured.append((name, query))
-            return
-        start = time.perf_counter()
-        yield
-        if self._drains:
-            self._context.finish()
-            self._measured.append((name, (time.perf_counter() - start) * 1e3))
+            return query
+        return self._drained(name) if self._drains else _NOTHING
 
     @contextmanager
-    def measure_within(self, name: str) -> Iterator[None]:
+    def _drained(self, name: str) -> Iterator[None]:
+        start = time.perf_counter()
+        yield
+        self._context.finish()
+        self._measured.append((name, (time.perf_counter() - start) * 1e3))
+
+    def measure_within(self, name: str) -> AbstractContextManager[object]:
         """Measure GL commands within a block of `measure_cpu` by a query; `name` is its key in `milliseconds`.
 
         A software rasteriser has none: its work is a part of that block.
         """
-        if self.kind == "finish":
-            yield
-            return
-        with self.measure(name):
-            yield
+        return _NOTHING if self.kind == "finish" else self.measure(name)
 
     @contextmanager
     def waiting(self) -> Iterator[None]:
@@ -116,8 +110,13 @@ class PassTimers:
         start, began = time.perf_counter(), time.thread_time()
         yield
         if self.kind == "gpu":
-            self._waited += time.perf_counter() - start
+            self.waited += time.perf_counter() - start
             self.busy_waiting += time.thread_time() - began
+
+    def note(self, name: str, milliseconds: float) -> None:
+        """Add the time of a step on the CPU."""
+        self._measured.append((name, milliseconds))
+        self._clocked[name] += milliseconds
 
     @property
     def _drains(self) -> bool:
@@ -166,3 +165,19 @@ class PassTimers:
                 self._spare.append(value)
             times[name] = times.get(name, 0.0) + spent
         self.milliseconds = times
+
+
+class _ClockBlock(AbstractContextManager[None]):
+    """Measure a `with` block for `PassTimers.measure_cpu`. A generator would take twice as long to enter."""
+
+    __slots__ = ("_name", "_start", "_timers", "_waited")
+
+    def __init__(self, timers: PassTimers, name: str) -> None:
+        self._timers, self._name = timers, name
+
+    def __enter__(self) -> None:
+        self._start, self._waited = time.perf_counter(), self._timers.waited
+
+    def __exit__(self, *error: object) -> None:
+        waited = self._timers.waited - self._waited
+        self._timers.note(self._name, (time.perf_counter() - self._start - waited) * 1e3)

@@ -8,7 +8,7 @@ they draw it is set by their own parameters.
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import ClassVar, Generic, TypeVar, cast, get_args, get_origin
+from typing import Any, ClassVar, Generic, TypeVar, cast, get_args, get_origin
 
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.params import Params
@@ -257,10 +257,10 @@ class Pass(ABC, Generic[P]):
         """
         if self._has_own_params:
             return self.params
-        group = vars(settings).get(self.name)  # `getattr` takes ten times as long where there is none
+        group: Any = vars(settings).get(self.name)  # `getattr` takes ten times as long where there is none
         # Asking pydantic's classes for their instances is slow.
         is_own = type(group) is self.Params or (group is not None and isinstance(group, self.Params))
-        return cast(P, group) if is_own else self.params
+        return group if is_own else self.params
 
     @abstractmethod
     def setup(self, gl: Scope) -> None:

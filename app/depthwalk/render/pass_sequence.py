@@ -70,7 +70,9 @@ class PassSequence:
 
     def draw_objects(self, frame: Frame) -> Iterator[str]:
         """Run the passes that draw objects, for one phase of a frame; yield names as `finish` does."""
-        yield from self._draw([pass_ for pass_ in self.passes if pass_.draws_objects], frame, frozenset())
+        drawn = {None, *frame.plan.height_fields, *frame.plan.captured}
+        passes = [pass_ for pass_ in self.passes if pass_.draws_objects and pass_.representation in drawn]
+        yield from self._draw(passes, frame, frozenset())
 
     def finish(self, frame: Frame, keeps: frozenset[str]) -> Iterator[str]:
         """Run the other passes: those that are `per_sample` once for each of a pixel's samples, the others once.
@@ -122,8 +124,6 @@ class PassSequence:
     def _enabled(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[DrawnPass]:
         """Yield those of `passes` that have anything to draw, each with the targets that it declares."""
         for pass_ in passes:
-            if pass_.representation is not None and not frame.plan.draws(pass_.representation):
-                continue
             drawn = DrawnPass(pass_, frame.with_targets(self._declared[pass_]), pass_.params_in(self._settings))
             if pass_.enabled(drawn.frame, drawn.params):
                 yield drawn

@@ -173,6 +173,8 @@ class ClusterDraws:
     @classmethod
     def joined(cls, parts: Sequence["ClusterDraws"]) -> "ClusterDraws":
         """Concatenate `parts` into one."""
+        if not any(parts):  # as in nearly every scene
+            return parts[0]
         records = np.cumsum([0] + [len(part.objects.records) for part in parts])
         pairs = np.cumsum([0] + [len(part.record) for part in parts])
         return cls(
@@ -274,10 +276,6 @@ class FrameDrawLists:
     def first_id_of(self, representation: Representation) -> int:
         """Return the number that a pass writes for the first object of `height_fields` in one representation."""
         return self.first_object_id + int(np.argmax(self.drawn_as == representation))
-
-    def draws(self, representation: Representation) -> bool:
-        """Return whether anything is drawn in a representation of `HEIGHT_FIELDS` or `CAPTURED`."""
-        return representation in self.height_fields or representation in self.captured
 
     @classmethod
     def joined(cls, phases: Sequence["FrameDrawLists"]) -> "FrameDrawLists":

@@ -202,7 +202,7 @@ class AssetStore:
     @property
     def gpu_bytes(self) -> int:
         """Return how many bytes of GPU memory depth objects, fallback meshes and captured views take."""
-        drawn = sum(drawn.bytes for drawn in self._depth.values())
+        drawn = sum([drawn.bytes for drawn in self._depth.values()])
         others = self.meshes.fallback_bytes, self.height_fields.bytes, self._captured.bytes, self.translucent.bytes
         return drawn + sum(others)
 

@@ -112,6 +112,8 @@ class DepthObject:
         The same on the GPU.
     least_texels
         The texels per metre of the face that has the fewest, object frame.
+    bytes
+        Bytes of GPU memory that geometry and texture take.
     keeps_normals
         Whether normals that face away from the viewer stay as they are, see `BakedObject`.
     is_unlit
@@ -149,14 +151,8 @@ class DepthObject:
         textures = () if self.texture is None else self.texture.owned
         return self.vertices, self.indices, self.meso, self.block, *textures
 
-    @property
-    def bytes(self) -> int:
-        """Return how many bytes of GPU memory geometry and texture take."""
-        return self._geometry_bytes + (0 if self.texture is None else self.texture.bytes)
-
-    @cached_property
-    def _geometry_bytes(self) -> int:
-        return self.vertices.size + self.indices.size
+    def __post_init__(self) -> None:
+        self._geometry_bytes = self.bytes = self.vertices.size + self.indices.size
 
     @property
     def _shown_texture(self) -> SurfaceTexture:
@@ -263,9 +259,15 @@ class DepthObject:
 
     def show_texture(self, gl: Scope, texture: SurfaceTexture) -> None:
         """Look surfaces up in `texture` from now on. gl: the scope that owns the object."""
-        self.texture = texture
+        self.texture, self.bytes = texture, self._geometry_bytes + texture.bytes
         _fill(self.record, texture.uniforms)
         gl.refill(self.block, self.record)
+
+    def free_texture(self, gl: Scope) -> None:
+        """Free the texture, if there is one, before another is shown. gl: the scope that owns the object."""
+        if self.texture is not None:
+            gl.free(*self.texture.owned)
+        self.texture, self.bytes = None, self._geometry_bytes
 
 
 def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObject:

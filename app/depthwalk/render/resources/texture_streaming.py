@@ -160,8 +160,6 @@ class TextureStreaming:
 
     def _replace(self, number: int, texture: VirtualTexture, detail: Detail, needed: set[int]) -> None:
         drawn = self._objects[number]
-        if drawn.texture is not None:
-            self._gl.free(*drawn.texture.owned)
-            drawn.texture = None
+        drawn.free_texture(self._gl)
         self._make_room(texture.table.nbytes + texture.bytes_with_mip_maps, needed)
         drawn.show_texture(self._gl, upload_texture(self._gl, texture, detail))
