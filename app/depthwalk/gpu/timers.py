@@ -9,7 +9,7 @@ import time
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import Any
+from typing import cast
 
 import moderngl
 
@@ -82,9 +82,9 @@ class PassTimers:
     def measure(self, name: str) -> AbstractContextManager[object]:
         """Measure a `with` block of GL commands, as `kind` says; `name` is its key in `milliseconds`."""
         if self.kind == "gpu":
-            query: Any = self._spare.pop() if self._spare else self._context.query(time=True)
+            query = self._spare.pop() if self._spare else self._context.query(time=True)
             self._measured.append((name, query))
-            return query
+            return cast(AbstractContextManager[object], query)
         return self._drained(name) if self._drains else _NOTHING
 
     @contextmanager
