@@ -1,4 +1,5 @@
 // Looks up captured views, and writes the surface that a view ray hits into the G-buffer, with its depth.
+// REFLECTS: the object reflects the sky.
 #include "common/gbuffer.glsl"
 #include "common/per_sample.glsl"
 #include "common/rotation.glsl"
@@ -8,6 +9,9 @@ uniform sampler2DArray colour_views;    // square root of the linear colour; a =
 uniform sampler2DArray surface_views;   // normal, object frame, 0 to 1; a = depth, 0 at the sphere's near end, 1 at its far
 uniform float specular;
 uniform float shininess;
+#ifdef REFLECTS
+uniform vec3 reflection;    // see common/gbuffer.glsl
+#endif
 
 flat in vec4 rotation;
 flat in float level;
@@ -39,7 +43,11 @@ ViewTexel view_texel(vec2 at, float layer) {
 
 // Writes a surface at `part` times the rectangle's distance along the view ray. normal: object frame, of any length.
 void write_surface(vec3 colour, vec3 normal, float part) {
+#ifdef REFLECTS
+    surface = reflecting_surface(colour * colour, specular, rotate(rotation, normal), shininess, reflection);
+#else
     surface = packed_surface(colour * colour, specular, rotate(rotation, normal), shininess);
+#endif
     visibility = captured_visibility(row);
     float inverse = gl_FragCoord.w / part;
     gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // greater despite rounding

@@ -17,6 +17,7 @@ layout(std140) uniform DepthObject {
     int last_mip_tier;                  // the coarsest that is stored
     int stored_detail;                  // of the finest tier: 1 every second texel is stored, 2 none; see `Detail`
     int stored_colour_level;            // mip level of the pages that `page_colours` begins with
+    vec4 reflection;                    // of objects that reflect the sky, the first three: see common/gbuffer.glsl
     vec4 first_colour;                  // √linear colour, specular strength; without COLOURED of all texels
     mat3x4 colour_axes;                 // what each component adds
     int first_images[FACE_COUNT];       // number of each face's first image

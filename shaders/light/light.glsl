@@ -1,6 +1,7 @@
 // Lights what the G-buffer holds (Phong 1975), in world space, to linear colour: deferred lighting; draws the sky behind it.
 // AMBIENT_OCCLUSION: surfaces hide each other from ambient light; LAMPS: lamps reach the picture; LAMP_SHADOWS: some cast
-// shadows; SHADOWS: the sun does; FORWARD: what `material_resolve` has lit stays; UNLIT: some surfaces keep their colour.
+// shadows; SHADOWS: the sun does; FORWARD: what `material_resolve` has lit stays; UNLIT: some surfaces keep their colour;
+// REFLECTIONS: some reflect the sky.
 #include "common/gbuffer.glsl"
 #include "common/phong.glsl"
 #include "common/pixel.glsl"
@@ -14,6 +15,9 @@
 #ifdef LAMPS
 #include "light/lamps.glsl"
 #endif
+#ifdef REFLECTIONS
+#include "light/reflected_sky.glsl"
+#endif
 
 void draw_light(inout Pixel pixel) {
     vec3 view = normalize(pixel.ray);
@@ -26,11 +30,23 @@ void draw_light(inout Pixel pixel) {
         return;
     }
 #endif
+#ifdef REFLECTIONS
+    bool reflects = is_reflecting(pixel.surface);
+#endif
 #ifdef FORWARD
+#ifdef REFLECTIONS
+    if (!reflects)
+#endif
     if (is_lit(pixel.surface)) discard;
 #endif
     vec3 albedo = albedo_of(pixel.surface), normal = normal_of(pixel.surface);
     float specular = specular_of(pixel.surface), shininess = shininess_of(pixel.surface);
+#ifdef REFLECTIONS
+    if (reflects) {
+        specular = metalness_of(pixel.surface);
+        shininess = shininess_from(roughness_of(pixel.surface));
+    }
+#endif
     vec3 direct = sun;
 #ifdef SHADOWS
     direct *= pixel.shadow;
@@ -38,9 +54,16 @@ void draw_light(inout Pixel pixel) {
     vec3 from_all_sides = everywhere(normal);
 #ifdef AMBIENT_OCCLUSION
     vec3 point = pixel.ray * distance_of(pixel.depth);
-    from_all_sides *= with_reflected(ambient_visibility_at(point, normal), albedo);
+    float visibility = ambient_visibility_at(point, normal);
+    from_all_sides *= with_reflected(visibility, albedo);
+#else
+    const float visibility = 1.0;
 #endif
-    vec3 colour = albedo * from_all_sides + direct * phong(albedo, specular, shininess, normal, view, to_sun);
+    vec3 around = albedo * from_all_sides;
+#ifdef REFLECTIONS
+    if (reflects) around = of_sky(albedo, specular, roughness_of(pixel.surface), normal, view, from_all_sides, visibility);
+#endif
+    vec3 colour = around + direct * phong(albedo, specular, shininess, normal, view, to_sun);
 #ifdef LAMPS
     float away = distance_of(pixel.depth);
     colour += of_lamps(pixel.ray * away, away, albedo, specular, shininess, normal, view);

@@ -2,7 +2,7 @@
 // buffer, asset by asset as Karis et al. 2021, "Nanite: A Deep Dive", resolve it material by material.
 // FORWARD: light it here too, in the object frame; SHADOWS: the sun casts shadows.
 // LIT_TILES: objects with impostor tiles are lit already, in pass 1; SURFACE_TOO: their normals are needed all the same.
-// UNLIT: the asset keeps its colour, see common/gbuffer.glsl.
+// UNLIT: the asset keeps its colour, see common/gbuffer.glsl. REFLECTS: it reflects the sky.
 // SHOW_TILES: objects with impostor tiles are painted, each in a colour of its own.
 #from depthwalk.render.lod.selection import USUAL_COSINE
 #include "common/rotation.glsl"
@@ -60,7 +60,11 @@ void main() {
     }
 #endif
     vec3 normal = rotate(rotation, surface.normal);
+#ifdef REFLECTS
+    words = reflecting_surface(surface.albedo, surface.specular, normal, shininess, reflection.xyz);
+#else
     words = packed_surface(surface.albedo, surface.specular, normal, shininess);
+#endif
 #ifdef FORWARD
     float share = 1.0;
 #ifdef SHADOWS

@@ -1,6 +1,7 @@
 // Writes colour and world normal of polygons into the G-buffer.
 // PAINTED: vertices have colours, or the material has a texture. CUT_OUT: there is no surface where its alpha is low.
 // NORMAL_MAP: the material has a normal map; always PAINTED, too. UNLIT: it keeps its colour, see common/gbuffer.glsl.
+// REFLECTS: it reflects the sky.
 // NUMBERED: the visibility buffer tells the number of the record, for false colours.
 #include "common/gbuffer.glsl"
 #include "common/visibility.glsl"
@@ -11,6 +12,9 @@ uniform sampler2D base_texture;
 uniform vec3 base_colour;   // linear
 uniform float specular;
 uniform float shininess;
+#ifdef REFLECTS
+uniform vec3 reflection;    // see common/gbuffer.glsl
+#endif
 #ifdef CUT_OUT
 uniform float cutoff;       // alpha
 #endif
@@ -48,7 +52,11 @@ void main() {
 #endif
     // An open mesh shows its inside; it is lit as two-sided.
     vec3 facing = gl_FrontFacing ? shading : -shading;
+#ifdef REFLECTS
+    surface = reflecting_surface(albedo, specular, facing, shininess, reflection);
+#else
     surface = packed_surface(albedo, specular, facing, shininess);
+#endif
 #ifdef NUMBERED
     visibility = numbered_visibility(drawn_how, number);
 #else

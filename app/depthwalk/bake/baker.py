@@ -29,7 +29,7 @@ from depthwalk.bake.ownership import FaceLayers, Rivals, assign_owners, face_lay
 from depthwalk.bake.params import EVERYTHING, NOTHING, BakeParams, Refinements
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.samples import FaceSamples, face_samples
-from depthwalk.bake.surface import mean_shininess
+from depthwalk.bake.surface import mean_reflection, mean_shininess
 from depthwalk.bake.texture_coordinates import TexturedFaces, are_worth_keeping, textured_faces, with_coordinates
 from depthwalk.bake.trim import trim
 from depthwalk.bake.visibility import is_crowded, peel_exposed, prune_hidden
@@ -120,6 +120,7 @@ def bake_object(
         images=tuple(images),
         boundary_strips=tuple(borders),
         shininess=mean_shininess(mesh),
+        reflection=mean_reflection(mesh),
         steps=steps,
         key=key,
         texture=None if textured is None else textured.texture,

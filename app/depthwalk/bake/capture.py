@@ -12,7 +12,7 @@ from scipy.ndimage import distance_transform_edt
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.normal_maps import NormalMaps, footprint_area
 from depthwalk.bake.raycast import RayCaster
-from depthwalk.bake.surface import mean_shininess, surface_at
+from depthwalk.bake.surface import mean_reflection, mean_shininess, surface_at
 from depthwalk.geometry.view_directions import view_axes
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.parallel import Map
@@ -74,6 +74,7 @@ def capture_views(mesh: Mesh, params: CaptureParams, parallel_map: Map = map) ->
         surface=np.stack(surface),
         specular=float(np.mean(specular)),
         shininess=mean_shininess(mesh),
+        reflection=mean_reflection(mesh),
     )
 
 

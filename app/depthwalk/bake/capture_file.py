@@ -6,15 +6,18 @@ import numpy as np
 
 from depthwalk.array_file import Arrays, check_array
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
+from depthwalk.bake.images import checked_reflection
 from depthwalk.cache import ArrayCache
 
 _ARRAYS = ("centre", "half_size", "colour", "surface")
 _NUMBERS = ("radius", "specular", "shininess")
+_REFLECTION = "reflection"  # optional: roughness and metalness
 
 
 def _arrays(views: CapturedViews) -> Arrays:
     """Return the arrays that a file holds of views."""
-    return {name: np.asarray(getattr(views, name)) for name in (*_ARRAYS, *_NUMBERS)}
+    named = (*_ARRAYS, *_NUMBERS, *(() if views.reflection is None else (_REFLECTION,)))
+    return {name: np.asarray(getattr(views, name)) for name in named}
 
 
 def _parse(stored: Arrays, params: CaptureParams) -> CapturedViews:
@@ -27,7 +30,11 @@ def _parse(stored: Arrays, params: CaptureParams) -> CapturedViews:
         raise ValueError("its bounds are empty")
     values: dict[str, Any] = {name: stored[name] for name in _ARRAYS}
     values |= {name: float(stored[name]) for name in _NUMBERS}
-    return CapturedViews(**values)
+    reflection = None
+    if _REFLECTION in stored:
+        check_array(_REFLECTION, stored[_REFLECTION], (2,), "f")
+        reflection = checked_reflection(*stored[_REFLECTION].tolist())
+    return CapturedViews(**values, reflection=reflection)
 
 
 CAPTURES = ArrayCache(suffix=".views.npz", content="captured views", arrays=_arrays, parse=_parse, compressed=True)

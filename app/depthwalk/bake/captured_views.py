@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.view_directions import azimuth_directions, octahedral_directions
+from depthwalk.ingest.mesh import Reflection
 
 CAPTURE_VERSION = 1
 """Version of the capture's results: raise it when they change for the same parameters."""
@@ -66,6 +67,8 @@ class CapturedViews:
         Strength of highlights, averaged over the pictures.
     shininess
         Phong exponent, averaged over the mesh; 0 for a mesh that is shown without light.
+    reflection
+        How the mesh reflects the sky, on average; None: not at all.
     """
 
     centre: NDArray[np.float32]
@@ -75,6 +78,7 @@ class CapturedViews:
     surface: NDArray[np.uint8]
     specular: float
     shininess: float
+    reflection: Reflection | None = None
 
     @property
     def is_unlit(self) -> bool:

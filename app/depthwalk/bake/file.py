@@ -32,6 +32,7 @@ from depthwalk.bake.file_layout import (
     MAPPED_VERSION,
     MESH_TRIANGLES,
     PLACEMENT,
+    REFLECTION,
     TEXTURED_VERSION,
     channel_type,
     split_name,
@@ -174,6 +175,8 @@ def _header(baked: BakedObject) -> dict[str, Any]:
         values[HAS_INTERIOR] = 1
     if baked.keeps_normals:
         values[KEEPS_NORMALS] = 1
+    if baked.reflection is not None:
+        values |= {name: np.float32(value) for name, value in zip(REFLECTION, baked.reflection, strict=True)}
     header = {ATTRIBUTE + name: _attribute(value) for name, value in values.items()}
     return header | {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
 

@@ -64,6 +64,7 @@ def object_from(stored: dict[str, Channels], header: Header) -> BakedObject:
         mesh_triangles=header.mesh_triangles,
         has_interior=header.has_interior,
         keeps_normals=header.keeps_normals,
+        reflection=header.reflection,
     )
 
 

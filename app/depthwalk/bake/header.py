@@ -23,6 +23,7 @@ from depthwalk.bake.file_layout import (
     MAPPED_VERSION,
     MESH_TRIANGLES,
     PLACEMENT,
+    REFLECTION,
     TEXTURED_VERSION,
     channel_names,
     channel_type,
@@ -32,9 +33,10 @@ from depthwalk.bake.file_layout import (
     split_name,
 )
 from depthwalk.bake.grid import MAX_STEPS
-from depthwalk.bake.images import Cylinder, checked_triangles
+from depthwalk.bake.images import Cylinder, checked_reflection, checked_triangles
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError, missing_file
+from depthwalk.ingest.mesh import Reflection
 
 _MOST_DEFLATED = 1032  # largest compression ratio of deflate, which bounds the pixels that a file can hold
 
@@ -61,7 +63,7 @@ class Header:
         See `BakedModel`; None if the file does not say.
     mesh_triangles
         See `BakedObject`; None if the file does not say.
-    has_interior, keeps_normals
+    has_interior, keeps_normals, reflection
         See `BakedObject`.
     """
 
@@ -76,6 +78,7 @@ class Header:
     mesh_triangles: int | None = None
     has_interior: bool = False
     keeps_normals: bool = False
+    reflection: Reflection | None = None
 
 
 def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
@@ -215,6 +218,7 @@ def _parsed(part: dict[str, Any]) -> Header:
         mesh_triangles=checked_triangles(values.get(MESH_TRIANGLES)),
         has_interior=values.get(HAS_INTERIOR) == 1,
         keeps_normals=values.get(KEEPS_NORMALS) == 1,
+        reflection=checked_reflection(*(values.get(name) for name in REFLECTION)),
     )
 
 

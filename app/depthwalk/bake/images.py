@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.meso import Meso
+from depthwalk.ingest.mesh import Reflection
 from depthwalk.types import Array
 
 
@@ -218,6 +219,9 @@ class BakedObject:
     keeps_normals
         Whether drawing must not turn around normals that face away from the viewer, as those of normal maps may where a
         surface is seen at a grazing angle. Not set for meshes with cut-outs: leaves have two sides.
+    reflection
+        How surfaces reflect the sky; None: not at all. Where it is not too rough, the specular strength of each texel
+        tells how metallic it is.
     """
 
     cylinder: Cylinder
@@ -233,11 +237,22 @@ class BakedObject:
     mesh_triangles: int | None = None
     has_interior: bool = False
     keeps_normals: bool = False
+    reflection: Reflection | None = None
 
     @property
     def is_unlit(self) -> bool:
         """Return whether its surfaces are shown without light."""
         return self.shininess == 0
+
+
+def checked_reflection(roughness: object, metalness: object) -> Reflection | None:
+    """Return the reflection that a file states; None if it states none. Raises ValueError if it cannot be valid."""
+    if roughness is None and metalness is None:
+        return None
+    if isinstance(roughness, float) and isinstance(metalness, float) and 0 <= min(roughness, metalness):
+        if max(roughness, metalness) <= 1:
+            return Reflection(roughness, metalness)
+    raise ValueError("its roughness or metalness is not a number from 0 to 1")
 
 
 def checked_triangles(value: object) -> int | None:

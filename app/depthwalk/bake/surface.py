@@ -7,7 +7,7 @@ from depthwalk.bake.raycast import Hits
 from depthwalk.bake.texel_filter import bilinear
 from depthwalk.colour import linear_from_srgb8
 from depthwalk.geometry.vectors import lengths
-from depthwalk.ingest.mesh import Material, Mesh
+from depthwalk.ingest.mesh import Material, Mesh, Reflection
 from depthwalk.parallel import Map, batches
 
 _BATCH = 1 << 15  # hits at a time
@@ -60,6 +60,25 @@ def mean_shininess(mesh: Mesh) -> float:
     weights = np.array([part.face_count for part in mesh.parts], float)
     exponents = np.array([mesh.materials[part.material].shininess for part in mesh.parts])
     return float(np.average(exponents, weights=weights))
+
+
+def mean_reflection(mesh: Mesh) -> Reflection | None:
+    """Return how the materials of `mesh` that reflect do so on average over its faces; None if none does.
+
+    Roughness is that of the parts that reflect, the more the stronger their highlight. Metalness is averaged over all.
+    """
+    shares = {number: 0.0 for number, material in enumerate(mesh.materials) if material.reflection is not None}
+    for part in mesh.parts:
+        if part.material in shares:
+            shares[part.material] += part.face_count
+    total = sum(part.face_count for part in mesh.parts)
+    roughness, metalness, weight = 0.0, 0.0, 0.0
+    for number, faces in shares.items():
+        reflection, strength = mesh.materials[number].reflection, faces * (mesh.materials[number].specular + 1e-3)
+        assert reflection is not None  # as chosen above
+        roughness, weight = roughness + strength * reflection.roughness, weight + strength
+        metalness += faces / total * reflection.metalness
+    return Reflection(roughness / weight, metalness) if weight else None
 
 
 def _apply_materials(

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.array_file import SMALLEST, read_arrays, write_arrays
-from depthwalk.bake.images import BakedObject, Cylinder, Face, checked_triangles
+from depthwalk.bake.images import BakedObject, Cylinder, Face, checked_reflection, checked_triangles
 from depthwalk.cache import Cache
 from depthwalk.cook.array_packing import pack_picture, pack_words, unpack_picture, unpack_words
 from depthwalk.cook.cook import COOK_VERSION, CookedObject, CookOptions, bare_image
@@ -257,6 +257,7 @@ def _header(cooked: CookedObject) -> dict[str, Any]:
         "mesh_triangles": outline.mesh_triangles,
         # Left out where they are false, so that other files are unchanged.
         **{name: True for name in ("has_interior", "keeps_normals") if getattr(outline, name)},
+        **({} if outline.reflection is None else {"reflection": [float(number) for number in outline.reflection]}),
     }
 
 
@@ -274,6 +275,7 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str
         mesh_triangles=checked_triangles(header.get("mesh_triangles")),
         has_interior=header.get("has_interior") is True,
         keeps_normals=header.get("keeps_normals") is True,
+        reflection=checked_reflection(*header.get("reflection", (None, None))),
     )
     return CookedObject(
         outline=outline,

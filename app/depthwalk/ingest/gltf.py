@@ -26,6 +26,7 @@ _KNOWN = (
 _TEXTURES = ("KHR_texture_", "EXT_texture_", "MSFT_texture_")
 INSTANCING = "EXT_mesh_gpu_instancing"
 _UNLIT = "KHR_materials_unlit"
+_SPECULAR_GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
 _STRENGTH, _TRANSMISSION = "KHR_materials_emissive_strength", "KHR_materials_transmission"
 _MIRRORED = 0.08  # part of the light that a pane of glass with refractive index 1.5 reflects: 4 % on either face
 POINTS = 0  # mode of primitives of separate points; lines, loops and strips of lines are 1 to 3
@@ -149,6 +150,21 @@ def roughness_map_count(header: dict[str, Any]) -> int:
     """Count the materials in the JSON header of a glTF file that have a map of roughness and metalness."""
     materials = objects_under(header, "materials")
     return sum("metallicRoughnessTexture" in object_under(each, "pbrMetallicRoughness") for each in materials)
+
+
+def has_reflections(header: dict[str, Any]) -> bool:
+    """Return whether any material in the JSON header of a glTF file may be glossy or metallic, as most are.
+
+    Without numbers a material is metal, and maps may reduce roughness.
+    """
+    terms = [object_under(material, "pbrMetallicRoughness") for material in objects_under(header, "materials")]
+    return any(
+        "metallicRoughnessTexture" in each
+        or _SPECULAR_GLOSSINESS in object_under(material, "extensions")
+        or each.get("metallicFactor", 1) != 0
+        or each.get("roughnessFactor", 1) != 1
+        for each, material in zip(terms, objects_under(header, "materials"), strict=True)
+    )
 
 
 def object_under(parent: dict[str, Any], key: str) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Define the mesh that ingest hands to the baker and the renderer: arrays only, no files."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,24 @@ MOST_LEVELS = 6  # of detail of a mesh, itself included
 
 OPAQUE = 0.99
 """Alpha from which a surface counts as opaque: what is behind it is not missed."""
+
+DIELECTRIC_HIGHLIGHT = 0.3
+"""Strength of the highlight of smooth glTF materials that are not metal; with metalness it rises to 1."""
+
+
+class Reflection(NamedTuple):
+    """Describe how a surface reflects what is around it.
+
+    Attributes
+    ----------
+    roughness : float
+        From 0, a mirror, to 1, as glTF defines it: the square root of the α of GGX.
+    metalness : float
+        From 0, plastic or glazed, to 1, metal: reflections have the surface's colour, and nothing is scattered.
+    """
+
+    roughness: float
+    metalness: float
 
 
 @dataclass(frozen=True)
@@ -44,6 +62,9 @@ class Material:
     unlit : bool
         Whether the surface shows its colour as it is, whatever light there is, as scans whose texture holds the light.
         Then it has no highlight, emission and normal map.
+    reflection : Reflection or None
+        How the surface reflects a sky that lights the scene; None: too little to show. Under other light, only the
+        highlight shows.
     """
 
     base_colour: tuple[float, float, float] = (0.8, 0.8, 0.8)
@@ -57,6 +78,7 @@ class Material:
     normal_map: NDArray[np.uint8] | None = None
     normal_scale: float = 1.0
     unlit: bool = False
+    reflection: Reflection | None = None
 
     @property
     def glows(self) -> bool:

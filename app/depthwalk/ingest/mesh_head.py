@@ -49,6 +49,8 @@ class MeshHead:
         Whether materials have normal maps that are read, or height maps.
     has_roughness_maps
         Whether materials have maps of roughness and metalness, of which earlier versions read nothing.
+    has_reflections
+        Whether it is a glTF file with glossy or metallic materials, of which earlier versions kept the highlight alone.
     has_ktx2
         Whether it shows KTX 2 pictures, which are read if the library for it is installed.
     is_unlit
@@ -66,6 +68,7 @@ class MeshHead:
     has_splats: bool = False
     has_normal_maps: bool = False
     has_roughness_maps: bool = False
+    has_reflections: bool = False
     has_ktx2: bool = False
     is_unlit: bool = False
 
@@ -192,6 +195,7 @@ def _gltf_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
             has_other_geometry=is_other_geometry(header),
             has_normal_maps=normal_map_counts(header)[0] > 0,
             has_roughness_maps=gltf.roughness_map_count(header) > 0,
+            has_reflections=gltf.has_reflections(header),
             has_ktx2=_shows_ktx2(header),
             is_unlit=gltf.is_unlit(header),
         )

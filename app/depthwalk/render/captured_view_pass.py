@@ -18,6 +18,7 @@ from depthwalk.gpu.state import LESS
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.placed_records import CAPTURED_RECORD
+from depthwalk.render.resources.reflections import REFLECTS
 from depthwalk.scene.arrays import Representation
 
 P = TypeVar("P", bound=Params)
@@ -69,7 +70,9 @@ class CapturedViewPass(Pass[P]):
                 views = frame.assets.captured_views(batch.asset, capture)
                 if views is None or views.params != capture:
                     continue
-                program = self._programs[*defines, "UNLIT"] if views.is_unlit else self._programs[defines]
+                reflects = views.reflects and frame.light.reflected is not None
+                light = ("UNLIT",) if views.is_unlit else (REFLECTS,) if reflects else ()
+                program = self._programs[*defines, *light]
                 views.colour.use(0)
                 views.surface.use(1)
                 program.set(colour_views=0, surface_views=1, **views.uniforms)

@@ -166,15 +166,13 @@ class SkyImages:
 
 def prepare_sky_image(texels: NDArray[np.float32]) -> SkyImage:
     """Compute from a picture (H, W, 3), linear RGB with row 0 at the zenith, what a sky needs."""
-    from depthwalk.ingest.sky_image import shrunk  # here, since few scenes have a picture
-
     levels = [texels]
-    while (height := levels[-1].shape[0]) > 1:
-        levels.append(shrunk(levels[-1], max(levels[-1].shape[1] // 2, 1), height // 2))
+    while levels[-1].shape[0] > 1:
+        levels.append(halved(levels[-1]))
     small = next(level for level in levels if level.shape[1] <= _LIGHT_WIDTH)
     direction, weight = texel_directions(*small.shape[:2])
     radiance = small.reshape(-1, 3).astype(float)
-    to_sun, sun, rest = _without_sun(radiance, direction, weight)
+    to_sun, sun, rest = without_sun(radiance, direction, weight)
     return SkyImage(
         levels=tuple(np.minimum(level, _MOST_LIGHT).astype(np.float16) for level in levels),
         ambient=image_irradiance(radiance, direction, weight),
@@ -183,6 +181,14 @@ def prepare_sky_image(texels: NDArray[np.float32]) -> SkyImage:
         sun=sun,
         horizon=_horizon(radiance, direction, weight),
     )
+
+
+def halved(level: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return a picture (H, W, 3) of half the height and width, of which each texel is the mean of four."""
+    from depthwalk.ingest.sky_image import shrunk  # here, since few scenes have a picture
+
+    height, width = level.shape[:2]
+    return shrunk(level, max(width // 2, 1), height // 2)
 
 
 def texel_directions(height: int, width: int) -> tuple[Array, Array]:
@@ -253,7 +259,7 @@ def turned_light(coefficients: Array, turn: float) -> Array:
     )
 
 
-def _without_sun(radiance: Array, direction: Array, weight: Array) -> tuple[Array | None, Array, Array]:
+def without_sun(radiance: Array, direction: Array, weight: Array) -> tuple[Array | None, Array, Array]:
     """Find the brightest spot: what is brighter than the ring around it.
 
     Returns

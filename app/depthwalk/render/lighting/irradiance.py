@@ -15,6 +15,7 @@ import numpy as np
 from depthwalk.colour import linear_colour
 from depthwalk.render.lighting.harmonics import LAMBERT, polynomials
 from depthwalk.render.lighting.image_sky import ImageSky
+from depthwalk.render.lighting.reflection import ReflectedSky
 from depthwalk.render.lighting.sky import (
     PaintedSky,
     Sky,
@@ -52,12 +53,15 @@ class Lighting:
         (9, 3) linear RGB of ambient light, added to `sun`: coefficients of the `polynomials` of the normal.
     sky
         The sky, seen behind everything.
+    reflected
+        The sky that surfaces reflect; None where it does not light the scene.
     """
 
     to_sun: Array
     sun: Array
     ambient: Array
     sky: Sky
+    reflected: ReflectedSky | None = None
 
     @property
     def defines(self) -> tuple[str, ...]:
@@ -104,9 +108,13 @@ def lighting(environment: "Environment", read: "ReadImage" = no_images) -> Light
         to_sun, sun = sky.sun() or (to_sun, np.zeros(3))
     if environment.sky is not None and environment.sky.light:
         if isinstance(sky, ImageSky):
-            return Lighting(to_sun=to_sun, sun=sun, ambient=sky.ambient(with_sun=not takes_sun), sky=sky)
+            reflected = ReflectedSky(sky=sky, with_sun=not takes_sun)
+            ambient = sky.ambient(with_sun=not takes_sun)
+            return Lighting(to_sun=to_sun, sun=sun, ambient=ambient, sky=sky, reflected=reflected)
         red, green, blue = (float(max(to_sun[1], 0)) * sun).tolist()  # on level ground
-        return Lighting(to_sun=to_sun, sun=sun, ambient=skylight(sky, (red, green, blue)), sky=sky)
+        ambient, ground = skylight(sky, (red, green, blue))
+        reflected = ReflectedSky(sky=sky, ground=ground)
+        return Lighting(to_sun=to_sun, sun=sun, ambient=ambient, sky=sky, reflected=reflected)
     return Lighting(to_sun=to_sun, sun=sun, ambient=_hemisphere(environment.ambient), sky=sky)
 
 
@@ -124,7 +132,7 @@ def _hemisphere(light: "AmbientParams") -> Array:
 
 
 @lru_cache(maxsize=8)
-def skylight(sky: PaintedSky, ground_sun: Triple) -> Array:
+def skylight(sky: PaintedSky, ground_sun: Triple) -> tuple[Array, Triple]:
     """Return the light that surfaces receive from a sky, and from ground that reflects sky and sun by `GROUND`.
 
     Parameters
@@ -136,14 +144,16 @@ def skylight(sky: PaintedSky, ground_sun: Triple) -> Array:
 
     Returns
     -------
-    Array
-        (9, 3) linear RGB coefficients, see `irradiance`.
+    tuple
+        (9, 3) linear RGB coefficients, see `irradiance`, and the linear RGB of the ground.
     """
     direction, _ = sphere_directions()
     above = direction[:, 1] > 0
     radiance = np.where(above[:, None], sky.radiance(direction), 0)
     up = polynomials(np.array([[0.0, 1, 0]])) @ irradiance(radiance)
-    return irradiance(np.where(above[:, None], radiance, GROUND * (up + np.array(ground_sun))))
+    ground = GROUND * (up + np.array(ground_sun))
+    red, green, blue = ground[0].tolist()
+    return irradiance(np.where(above[:, None], radiance, ground)), (red, green, blue)
 
 
 def irradiance(radiance: Array) -> Array:

@@ -3,9 +3,10 @@
 A surface reflects albedo · max(n · l, 0) + specular · max(r · l, 0)^shininess of a light (Phong 1975), with the shadow
 maps as factor. Ambient light is a polynomial of its normal (Ramamoorthi and Hanrahan 2001), times the part that
 `ambient_occlusion` lets through. Lamps come from lists of cells of the view frustum (Olsson, Billeter and Assarsson
-2012). Unlit surfaces keep their colour.
+2012). Unlit surfaces keep their colour. Glossy and metallic ones reflect a sky that lights the scene.
 """
 
+from collections.abc import Hashable
 from typing import Any
 
 import moderngl
@@ -16,6 +17,7 @@ from depthwalk.gpu.instances import RecordTexture
 from depthwalk.render.frame import Frame
 from depthwalk.render.lamp_inputs import LampInputs
 from depthwalk.render.lighting.image_sky import ImageSky, SkyImage
+from depthwalk.render.lighting.reflection import ReflectedSky
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass
 from depthwalk.scene.effect_settings import LightParams
 
@@ -36,6 +38,7 @@ class LightPass(PixelPass[LightParams]):
         super().setup(gl)
         self._lamps = LampInputs(gl)
         self._sky: tuple[SkyImage, moderngl.Texture] | None = None  # the picture shown last
+        self._mirrored: tuple[Hashable, moderngl.Texture, int] | None = None  # the sky reflected last, and its levels
 
     def fuses_with_next(self, frame: Frame, params: LightParams) -> bool:
         """Return whether all of `frame` is lit here; in forward mode depth images are lit already."""
@@ -56,6 +59,10 @@ class LightPass(PixelPass[LightParams]):
         textures: dict[str, moderngl.Texture | RecordTexture] = {}
         if isinstance(light.sky, ImageSky) and not frame.transparent:
             textures["sky_image"] = self._sky_texture(light.sky.image)
+        if frame.assets.reflects and light.reflected is not None:
+            defines += ("REFLECTIONS",)
+            textures["mirrored_sky"], levels = self._mirrored_texture(light.reflected)
+            values |= light.reflected.uniforms(levels)
         if (ambient := frame.targets.ambient_visibility) is not None:
             defines += ("AMBIENT_OCCLUSION",)
             textures |= ambient.textures
@@ -79,6 +86,16 @@ class LightPass(PixelPass[LightParams]):
                 self._sky = None
             self._sky = image, self.gl.sky_texture(image.levels)
         return self._sky[1]
+
+    def _mirrored_texture(self, reflected: ReflectedSky) -> tuple[moderngl.Texture, int]:
+        """Return the texture of the sky that surfaces reflect, and its levels; that of another one is freed."""
+        if self._mirrored is None or self._mirrored[0] != reflected.key:
+            levels = reflected.levels()
+            if self._mirrored is not None:
+                self.gl.free(self._mirrored[1])
+                self._mirrored = None
+            self._mirrored = reflected.key, self.gl.sky_texture(levels), len(levels)
+        return self._mirrored[1:]
 
 
 def _background(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:

@@ -20,6 +20,7 @@ from depthwalk.params import Params
 from depthwalk.render.draw.material_depth import FULL_COVERAGE, SURFACE_RECORD, MaterialRecords
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.depth_image_object import DEPTH_OBJECT_BLOCK, SURFACE_UNITS, surface_samplers
+from depthwalk.render.resources.reflections import REFLECTS
 
 _SURFACE = 2  # first texture unit of an object's textures
 _SUN_MAPS = _SURFACE + SURFACE_UNITS  # texture unit
@@ -96,6 +97,8 @@ class MaterialResolvePass(Pass[Params]):
         defines, light = _light(frame)
         if frame.common.show_tiles:
             defines += ("SHOW_TILES",)
+        # Forward mode lights here, without reflections; colours that tell objects apart have none.
+        mirrors = frame.light.reflected is not None and not (frame.common.forward or frame.common.show_tiles)
         corners = np.concatenate([materials.low, materials.high], 1)
         columns = materials.assets.tolist(), depths.tolist(), corners.tolist()
         rows = list(zip(*columns, strict=True))
@@ -106,7 +109,8 @@ class MaterialResolvePass(Pass[Params]):
             with self.gl.state(into=target, depth_test=depth_test, depth_write=False):
                 for number, asset_depths, rectangle in rows[part]:
                     asset = frame.assets.depth_object(number)
-                    program = self._programs[*asset.surface_defines, *defines]
+                    reflects = (REFLECTS,) if asset.reflects and mirrors else ()
+                    program = self._programs[*asset.surface_defines, *reflects, *defines]
                     asset.use_surface(program, _SURFACE, frame.common.lod)
                     program.set(**light, corners=tuple(rectangle))
                     for depth in asset_depths:

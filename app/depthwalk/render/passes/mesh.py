@@ -36,6 +36,7 @@ class MeshPass(Pass[MeshParams]):
     def setup(self, gl: Scope) -> None:
         """Prepare the variants of the program and a buffer for the indices of meshlets; `gl` owns them."""
         self._more: tuple[str, ...] = ()  # defines of all programs of a frame
+        self._sky_lights = False  # in this frame
         self._programs = Variants(lambda defines: Program(gl, "mesh/mesh.vert", "mesh/mesh.frag", defines))
         layouts = {True: PAINTED_LAYOUT, False: PLAIN_LAYOUT}
         self._arrays = Variants(
@@ -57,6 +58,7 @@ class MeshPass(Pass[MeshParams]):
         unless they have numbers.
         """
         self._more = ("NUMBERED",) if frame.common.numbers_polygons else ()
+        self._sky_lights = frame.light.reflected is not None
         hides = frame.plan.continues or frame.common.numbers_polygons
         into = frame.targets.polygons if hides else frame.targets.first_polygons
         with self.gl.state(into=into, depth_test=LESS, wireframe=params.wireframe):
@@ -70,7 +72,7 @@ class MeshPass(Pass[MeshParams]):
         first : the number of the phase's first object by clusters among those of the frame.
         """
         look = clusters.look.materials[clusters.materials[number]]
-        program = self._cluster_programs[look.defines + self._more]
+        program = self._cluster_programs[look.defines(self._sky_lights) + self._more]
         if self._more:
             program.set(first_number=first, drawn_how=NUMBERED_CLUSTERS)
         look.use(program)
@@ -130,7 +132,7 @@ class MeshPass(Pass[MeshParams]):
     ) -> moderngl.VertexArray:
         """Set the material of part `number` of the mesh; return the vertex array. first: the first record drawn."""
         look = asset.look.materials[asset.parts[number].material]
-        defines = look.defines + self._more
+        defines = look.defines(self._sky_lights) + self._more
         program = self._programs[defines]
         if self._more:
             program.set(first_number=frame.plan.polygons_before[0] + first, drawn_how=NUMBERED_MESH)

@@ -73,6 +73,7 @@ class AssetStore:
         self.parts = CookedParts(library)
         self._depth: dict[int, DepthObject] = {}  # the least recently used first
         self._unlit: set[int] = set()  # of these, those that are shown without light
+        self._reflecting: set[int] = set()  # and those that reflect the sky
         self._warned = False
         self._deferred = False  # whether the last frame lacks depth objects that are still to be uploaded
         self.meshes = MeshStore(self.gl, library)
@@ -113,6 +114,8 @@ class AssetStore:
             self.textures.begin(number, texture)
             if self._depth[number].is_unlit:
                 self._unlit.add(number)
+            if self._depth[number].reflects:
+                self._reflecting.add(number)
         return self._depth[number]
 
     def captured_views(self, asset: int, params: CaptureParams) -> ViewTextures | None:
@@ -212,6 +215,11 @@ class AssetStore:
         return bool(self._unlit) or self.meshes.has_unlit or self._captured.has_unlit
 
     @property
+    def reflects(self) -> bool:
+        """Return whether anything that is on the GPU reflects the sky."""
+        return bool(self._reflecting) or self.meshes.reflects or self._captured.reflects
+
+    @property
     def depth_count(self) -> int:
         """Return how many depth objects are on the GPU."""
         return len(self._depth)
@@ -240,6 +248,7 @@ class AssetStore:
         """Free all of depth object `number`."""
         self.gl.free(*self._depth.pop(number).owned)
         self._unlit.discard(number)
+        self._reflecting.discard(number)
         self.textures.forget(number)
         self.height_fields.free(number)
 
@@ -265,6 +274,7 @@ class AssetStore:
         self.textures.release()
         self._depth.clear()
         self._unlit.clear()
+        self._reflecting.clear()
         self.parts.forget()
         self.meshes.forget()
         self.height_fields.forget()

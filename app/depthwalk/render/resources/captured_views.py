@@ -9,6 +9,7 @@ import moderngl
 
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.gpu.device import Scope
+from depthwalk.render.resources.reflections import of_highlight
 
 Capture = Callable[[int, CaptureParams], CapturedViews | None]
 
@@ -34,6 +35,8 @@ class ViewTextures:
         The uniforms of shaders/common/captured_box.glsl and captured_views.glsl, by name.
     is_unlit
         Whether the object is shown without light.
+    reflects
+        Whether the object reflects the sky.
     """
 
     params: CaptureParams
@@ -41,6 +44,7 @@ class ViewTextures:
     surface: moderngl.TextureArray
     uniforms: dict[str, Any]
     is_unlit: bool
+    reflects: bool
 
     @property
     def bytes(self) -> int:
@@ -74,6 +78,11 @@ class CapturedViewStore:
     def has_unlit(self) -> bool:
         """Return whether any views are of an object that is shown without light."""
         return any(views.is_unlit for views in self._drawn.values())
+
+    @property
+    def reflects(self) -> bool:
+        """Return whether any views are of an object that reflects the sky."""
+        return any(views.reflects for views in self._drawn.values())
 
     @property
     def is_busy(self) -> bool:
@@ -160,10 +169,13 @@ def upload_views(gl: Scope, views: CapturedViews, params: CaptureParams) -> View
         "specular": views.specular,
         "shininess": views.shininess,
     }
+    if views.reflection is not None:
+        uniforms["reflection"] = of_highlight(views.reflection)
     return ViewTextures(
         params=params,
         colour=gl.filtered_array(size, 4, views.colour.tobytes()),
         surface=gl.filtered_array(size, 4, views.surface.tobytes()),
         uniforms=uniforms,
         is_unlit=views.is_unlit,
+        reflects=views.reflection is not None,
     )

@@ -25,6 +25,7 @@ from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program
 from depthwalk.render.resources.foliage import is_foliage
+from depthwalk.render.resources.reflections import of_texels
 from depthwalk.render.resources.surface_texture import SurfaceTexture
 from depthwalk.scene.object_settings import LodParams
 
@@ -55,6 +56,7 @@ DEPTH_OBJECT = np.dtype(
         ("last_mip_tier", "i4"),
         ("page_detail", "i4"),
         ("colour_level", "i4"),
+        ("reflection", "4f4"),
         ("first_colour", "4f4"),
         ("colour_axes", "12f4"),
         ("first_images", "i4", (FACE_COUNT, 4)),
@@ -118,6 +120,8 @@ class DepthObject:
         Whether normals that face away from the viewer stay as they are, see `BakedObject`.
     is_unlit
         Whether its surfaces are shown without light.
+    reflects
+        Whether its surfaces reflect the sky.
     """
 
     vertices: moderngl.Buffer
@@ -132,6 +136,7 @@ class DepthObject:
     least_texels: float
     keeps_normals: bool = False
     is_unlit: bool = False
+    reflects: bool = False
 
     @cached_property
     def defines(self) -> tuple[str, ...]:
@@ -303,6 +308,7 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObje
         cylinder=(cylinder.radius, cylinder.bottom, cylinder.half_width, cylinder.half_depth),
         cylinder_height=cylinder.height,
         first_images=[(faces < face).sum() for face in Face],
+        reflection=(0, 0, 0, 0) if baked.reflection is None else (*of_texels(baked.reflection), 0),
         **_relief(baked.meso, cylinder),
     )
     return DepthObject(
@@ -318,6 +324,7 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObje
         least_texels=min(texels_per_metre),
         keeps_normals=baked.keeps_normals,
         is_unlit=baked.is_unlit,
+        reflects=baked.reflection is not None,
     )
 
 

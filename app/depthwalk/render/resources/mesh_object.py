@@ -16,6 +16,7 @@ from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.render.resources.meshlets import Meshlets
+from depthwalk.render.resources.reflections import REFLECTS, of_highlight
 
 WHITE = np.full((1, 1, 4), 255, np.uint8)  # the texture of materials without one
 # moderngl's format of a vertex, and the attributes that a pass reads: all, all but colour and uv, or positions only.
@@ -47,6 +48,8 @@ class MaterialLook(NamedTuple):
         The normals in tangent space; None: those of the vertices.
     unlit
         Whether the surface is shown without light.
+    reflects
+        Whether the surface reflects the sky.
     """
 
     texture: moderngl.Texture
@@ -55,15 +58,16 @@ class MaterialLook(NamedTuple):
     cutoff: float | None = None
     normal_map: moderngl.Texture | None = None
     unlit: bool = False
+    reflects: bool = False
 
-    @property
-    def defines(self) -> tuple[str, ...]:
-        """Return the defines of shaders/mesh/mesh.frag with which the material is drawn."""
+    def defines(self, sky_lights: bool) -> tuple[str, ...]:
+        """Return the defines of shaders/mesh/mesh.frag with which the material is drawn; sky_lights: as in `Lighting`."""
         has = {
             "PAINTED": self.painted,
             "CUT_OUT": self.cutoff is not None,
             "NORMAL_MAP": self.normal_map is not None,
             "UNLIT": self.unlit,
+            REFLECTS: self.reflects and sky_lights,
         }
         return tuple(name for name, present in has.items() if present)
 
@@ -104,6 +108,11 @@ class MeshLook:
     def has_unlit(self) -> bool:
         """Return whether a material is shown without light."""
         return any(material.unlit for material in self.materials)
+
+    @property
+    def reflects(self) -> bool:
+        """Return whether a material reflects the sky."""
+        return any(material.reflects for material in self.materials)
 
 
 @dataclass(kw_only=True)
@@ -206,8 +215,12 @@ def _upload_material(gl: Scope, material: Material, coloured: bool) -> MaterialL
     normal_map = None if material.normal_map is None else upload_normal_map(gl, material.normal_map)
     if normal_map is not None:
         uniforms |= {"normal_map": _NORMAL_MAP, "normal_scale": material.normal_scale}
+    if material.reflection is not None:
+        uniforms["reflection"] = of_highlight(material.reflection)
     painted = coloured or material.texture is not None or normal_map is not None
-    return MaterialLook(texture, uniforms, painted, material.cutoff, normal_map, material.unlit)
+    return MaterialLook(
+        texture, uniforms, painted, material.cutoff, normal_map, material.unlit, material.reflection is not None
+    )
 
 
 def upload_normal_map(gl: Scope, normal_map: NDArray[np.uint8]) -> moderngl.Texture:

@@ -39,6 +39,7 @@ class MeshStore:
         self._drawn: dict[int, dict[int, MeshObject]] = {}  # by asset and level
         self._looks: dict[int, MeshLook] = {}
         self._unlit: set[int] = set()  # of these, those with materials that are shown without light
+        self._reflecting: set[int] = set()  # and those with materials that reflect the sky
         self._clusters: dict[int, ClusterObject] = {}
         self._requested: set[int] = set()  # in this frame
         self._requested_before: set[int] = set()  # in the frame before
@@ -104,12 +105,19 @@ class MeshStore:
             self._looks[asset] = upload_look(self._gl, mesh, solid)
             if self._looks[asset].has_unlit:
                 self._unlit.add(asset)
+            if self._looks[asset].reflects:
+                self._reflecting.add(asset)
         return self._looks[asset]
 
     @property
     def has_unlit(self) -> bool:
         """Return whether any of the meshes has a material that is shown without light."""
         return bool(self._unlit)
+
+    @property
+    def reflects(self) -> bool:
+        """Return whether any of the meshes has a material that reflects the sky."""
+        return bool(self._reflecting)
 
     def begin_frame(self) -> None:
         """Begin a frame: fallback meshes that neither it nor the last frame asks for may be released."""
@@ -187,6 +195,7 @@ class MeshStore:
             if asset in self._looks:
                 self._gl.free(*(texture for look in self._looks.pop(asset).materials for texture in look.textures))
             self._unlit.discard(asset)
+            self._reflecting.discard(asset)
 
     def forget(self) -> None:
         """Drop all meshes and stop reading; call this when the scope has released its GL objects."""
@@ -197,6 +206,7 @@ class MeshStore:
             self._clusters,
             self._looks,
             self._unlit,
+            self._reflecting,
             self._requested,
             self._requested_before,
         ):
