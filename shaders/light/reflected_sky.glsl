@@ -5,6 +5,7 @@ uniform sampler2D mirrored_sky; // equirectangular as `sky_image`; level by leve
 uniform float mirrored_turn;    // radians, counter-clockwise seen from above
 uniform float mirrored_intensity;
 uniform float roughest;         // the level of roughness 1
+uniform sampler2D reflected_parts;  // by cosine to the viewer and roughness: factor of the reflectance at normal incidence, summand
 
 const float SQUARE_TURN = 3.14159265358979;
 
@@ -14,25 +15,23 @@ vec3 mirrored_at(vec3 direction, float roughness) {
     return mirrored_intensity * textureLod(mirrored_sky, place, max(roughest + 2.0 * log2(max(roughness, 1e-3)), 0.0)).rgb;
 }
 
-// Returns what reflectances at normal incidence are to be multiplied by and what is to be added for the part of even light
-// that is reflected: a fit (Karis 2014, "Physically Based Shading on Mobile", after Lazarov 2013).
-vec2 environment_brdf(float facing, float roughness) {
-    vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
-    float a = min(r.x * r.x, exp2(-9.28 * facing)) * r.x + r.y;
-    return vec2(-1.04, 1.04) * a + r.zw;
+// Returns the part of even light that is reflected after several reflections between facets (Fdez-Agüera 2019, "A
+// Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting"). once: the part after one; rest: 1 less that of a
+// surface that absorbs nothing.
+vec3 reflected_often(vec3 normally, vec3 once, float rest) {
+    vec3 average = normally + (1.0 - normally) / 21.0;
+    return once * average / (1.0 - rest * average) * rest;
 }
 
 // Returns the light of the sky that a surface sends to the viewer. view: unit, from the viewer; from_all_sides: on a white
-// surface; visibility: part of it that nothing hides. Light that leaves between facets after several reflections is even
-// (Fdez-Agüera 2019, "A Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting").
+// surface; visibility: part of it that nothing hides.
 vec3 of_sky(vec3 base, float metalness, float roughness, vec3 normal, vec3 view, vec3 from_all_sides, float visibility) {
     float facing = clamp(-dot(normal, view), 0.0, 1.0);
-    vec2 scale_bias = environment_brdf(facing, roughness);
-    vec3 normally = reflectance(base, metalness), average = normally + (1.0 - normally) / 21.0;
-    vec3 once = normally * scale_bias.x + scale_bias.y;
+    vec2 scale_bias = textureLod(reflected_parts, vec2(facing, roughness), 0.0).xy;
     float rest = 1.0 - scale_bias.x - scale_bias.y;
-    vec3 often = once * average / (1.0 - rest * average) * rest;
-    vec3 through = base * (1.0 - metalness) * (1.0 - once - often);
+    vec3 normally = reflectance(base, metalness), once = normally * scale_bias.x + scale_bias.y;
+    vec3 often = reflected_often(normally, once, rest), glazed = vec3(DIELECTRIC * scale_bias.x + scale_bias.y);
+    vec3 through = base * (1.0 - metalness) * (1.0 - glazed - reflected_often(vec3(DIELECTRIC), glazed, rest));
     // What is hidden of a narrow lobe, from what is hidden of the hemisphere (Lagarde and de Rousiers 2014, §4.10).
     float seen = clamp(pow(facing + visibility, exp2(-16.0 * roughness - 1.0)) - 1.0 + visibility, 0.0, 1.0);
     return seen * once * mirrored_at(reflect(view, normal), roughness) + (often + through) * from_all_sides;

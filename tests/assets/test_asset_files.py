@@ -153,14 +153,33 @@ def test_what_was_baked_with_glass_as_a_solid_is_made_anew(tmp_path: Path) -> No
 def test_what_was_lit_though_it_is_unlit_is_made_anew(tmp_path: Path) -> None:
     """Other files, also those of which only some materials are unlit, keep what was made of them."""
     spec = MeshAsset(name="m", mesh=tmp_path / "m.glb", texture=None, up="y", height=None, dpci=None)
-    cases: list[tuple[dict[str, Any], bool]] = [({"extensions": {"KHR_materials_unlit": {}}}, False), ({}, True)]
+    lit: dict[str, Any] = {"pbrMetallicRoughness": {"metallicFactor": 0}}
+    cases: list[tuple[dict[str, Any], bool]] = [({"extensions": {"KHR_materials_unlit": {}}}, False), (lit, True)]
     for other, same in cases:
         glb = Glb()
-        glb.header["materials"] = [{"extensions": {"KHR_materials_unlit": {}}}, other]
+        glb.header["materials"] = [lit | {"extensions": {"KHR_materials_unlit": {}}}, other]
         for number in range(2):
             glb.mesh({}, material=number)
         glb.write(spec.mesh, {"mesh": 0}, {"mesh": 1})
         assert (mesh_source(spec) == plain_hash(spec)) == same
+
+
+@pytest.mark.parametrize(
+    ("terms", "same"),
+    [
+        ({"metallicFactor": 0, "roughnessFactor": 1}, True),
+        ({"metallicFactor": 0}, True),
+        ({"metallicFactor": 0, "roughnessFactor": 0.4}, False),
+        ({"roughnessFactor": 1}, False),
+    ],
+)
+def test_what_was_baked_without_its_reflections_is_made_anew(tmp_path: Path, terms: dict[str, Any], same: bool) -> None:
+    """And nothing else: dull materials that are not metal, which must be said, keep what was made of them."""
+    spec, glb = MeshAsset(name="m", mesh=tmp_path / "m.glb", texture=None, up="y", height=None, dpci=None), Glb()
+    glb.header["materials"] = [{"pbrMetallicRoughness": terms}]
+    glb.mesh({}, material=0)
+    glb.write(spec.mesh, {"mesh": 0})
+    assert (mesh_source(spec) == plain_hash(spec)) == same
 
 
 def test_what_was_baked_without_its_normal_maps_is_made_anew(tmp_path: Path) -> None:

@@ -249,9 +249,8 @@ def checked_reflection(roughness: object, metalness: object) -> Reflection | Non
     """Return the reflection that a file states; None if it states none. Raises ValueError if it cannot be valid."""
     if roughness is None and metalness is None:
         return None
-    if isinstance(roughness, float) and isinstance(metalness, float) and 0 <= min(roughness, metalness):
-        if max(roughness, metalness) <= 1:
-            return Reflection(roughness, metalness)
+    if isinstance(roughness, float) and isinstance(metalness, float) and 0 <= roughness <= 1 and 0 <= metalness <= 1:
+        return Reflection(roughness, metalness)
     raise ValueError("its roughness or metalness is not a number from 0 to 1")
 
 

@@ -17,6 +17,7 @@ from depthwalk.gpu.mip_maps import SNORM, SRGB8_ALPHA8, Texels, mip_maps, set_mi
 _FETCHED = moderngl.NEAREST, moderngl.NEAREST
 _TRILINEAR = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
 _NEAREST_MIP_MAP = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
+_BILINEAR = moderngl.LINEAR, moderngl.LINEAR
 _OWN_MIP_MAPS = 1 << 20  # texels, up to which a CPU makes mip-maps in less time than drivers may compile that program
 
 
@@ -147,6 +148,15 @@ class TextureMaker(ABC):
         texture = self._flat((width, height), create, _TRILINEAR)
         texture.repeat_x = True
         return texture
+
+    def table_texture(self, values: NDArray[np.float16]) -> moderngl.Texture:
+        """Create and return a texture of a table (H, W, n) of at most four values, filtered bilinearly.
+
+        Its rows and columns end at its edges.
+        """
+        height, width, components = values.shape
+        make, data = self._context.texture, values.tobytes()
+        return self._flat((width, height), lambda: make((width, height), components, data, dtype="f2"), _BILINEAR)
 
     def number_array(
         self, size: tuple[int, int, int], components: int, data: bytes | None, dtype: str

@@ -1,8 +1,11 @@
 """Look up a picture that is the sky, as the twin of `sky_at` for SKY_IMAGE in shaders/common/sky.glsl."""
 
-import numpy as np
+from collections.abc import Sequence
 
-from depthwalk.render.lighting.image_sky import ImageSky
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.render.lighting.image_sky import ImageSky, bilinear, places_in
 from depthwalk.render.view.view import View
 from depthwalk.types import Array
 
@@ -24,13 +27,35 @@ def sky_radiance(sky: ImageSky, direction: Array, level: Array) -> Array:
     Array
         (n, 3) linear RGB.
     """
-    finest = np.clip(level, 0, len(sky.image.levels) - 1)
-    below = np.minimum(np.floor(finest).astype(int), len(sky.image.levels) - 2)
+    return sky.intensity * trilinear(sky.image.levels, direction, sky.turn, level)
+
+
+def trilinear(levels: Sequence[NDArray[np.float16]], direction: Array, turn: float, level: Array) -> Array:
+    """Look up an equirectangular picture in given directions, trilinearly filtered.
+
+    Parameters
+    ----------
+    levels
+        (H, W, 3) each, the picture and its mip-maps.
+    direction
+        (n, 3) unit vectors, world.
+    turn
+        The picture's turn about +Y, counter-clockwise seen from above, radians.
+    level
+        (n,) mip levels; those below 0 count as 0.
+
+    Returns
+    -------
+    Array
+        (n, 3) linear RGB.
+    """
+    finest = np.clip(level, 0, len(levels) - 1)
+    below = np.minimum(np.floor(finest).astype(int), len(levels) - 2)
     radiance = np.zeros((len(direction), 3))
     for number in np.unique(below):
         rows = below == number
         part = (finest[rows] - number)[:, None]
-        near, far = (sky.radiance(direction[rows], number + n) for n in (0, 1))
+        near, far = (bilinear(levels[number + n], *places_in(direction[rows], turn)) for n in (0, 1))
         radiance[rows] = near * (1 - part) + far * part
     return radiance
 

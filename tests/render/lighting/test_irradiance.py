@@ -66,9 +66,9 @@ def test_light_from_one_side_is_lamberts_law_up_to_the_second_order() -> None:
 def test_ground_sends_back_a_fifth_of_what_falls_on_it() -> None:
     sky = Gradient(zenith=(1.0, 1.0, 1.0), horizon=(1.0, 1.0, 1.0))
     down = np.array([[0.0, -1, 0]])
-    dark, sunny = (polynomials(down) @ skylight(sky, (sun,) * 3) for sun in (0.0, 2.0))
+    dark, sunny = (polynomials(down) @ skylight(sky, (sun,) * 3)[0] for sun in (0.0, 2.0))
     assert sunny - dark == pytest.approx(np.full((1, 3), 2 * GROUND), abs=0.05)
-    up = polynomials(-down) @ skylight(sky, (0.0, 0.0, 0.0))
+    up = polynomials(-down) @ skylight(sky, (0.0, 0.0, 0.0))[0]
     assert up == pytest.approx(np.ones((1, 3)), abs=0.1)
 
 

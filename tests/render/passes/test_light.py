@@ -81,7 +81,7 @@ def test_the_pass_lights_what_the_twin_lights(gl_device: Device, count: int) -> 
         common=common_settings(RenderSettings()),
         environment=environment,
         light=lighting(environment),
-        assets=SimpleNamespace(has_unlit=count > 0),
+        assets=SimpleNamespace(has_unlit=count > 0, reflects=False),
         transparent=False,
         objects_part=None,
         shadows=Shadows(),

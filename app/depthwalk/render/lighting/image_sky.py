@@ -125,10 +125,7 @@ class ImageSky:
         Array
             (n, 3) linear RGB.
         """
-        azimuth = np.arctan2(direction[:, 0], -direction[:, 2])
-        across = 0.5 + (azimuth + self.turn) / (2 * np.pi)
-        down = np.arctan2(np.hypot(direction[:, 0], direction[:, 2]), direction[:, 1]) / np.pi
-        return self.intensity * _bilinear(self.image.levels[level], across, down)
+        return self.intensity * bilinear(self.image.levels[level], *places_in(direction, self.turn))
 
     def fog(self, direction: Array) -> Array:
         """Return the colour of fog in directions (n, 3), unit vectors: that of the horizon, smoothed, (n, 3).
@@ -300,7 +297,28 @@ def _horizon(radiance: Array, direction: Array, weight: Array) -> Array:
     return np.stack(terms)
 
 
-def _bilinear(texels: NDArray[np.float16], across: Array, down: Array) -> Array:
+def places_in(direction: Array, turn: float) -> tuple[Array, Array]:
+    """Return where an equirectangular picture shows directions.
+
+    Parameters
+    ----------
+    direction
+        (n, 3) unit vectors, world.
+    turn
+        The picture's turn about +Y, counter-clockwise seen from above, radians.
+
+    Returns
+    -------
+    tuple
+        (n,) each: parts of the width from the left, of which whole numbers do not matter, and of the height from the
+        top.
+    """
+    azimuth = np.arctan2(direction[:, 0], -direction[:, 2])
+    down = np.arctan2(np.hypot(direction[:, 0], direction[:, 2]), direction[:, 1]) / np.pi
+    return 0.5 + (azimuth + turn) / (2 * np.pi), down
+
+
+def bilinear(texels: NDArray[np.float16], across: Array, down: Array) -> Array:
     """Filter texels (H, W, 3) at texture coordinates (n,); they repeat horizontally and end vertically."""
     height, width = texels.shape[:2]
     x, y = across * width - 0.5, np.clip(down * height - 0.5, 0, height - 1)

@@ -2,8 +2,8 @@
 
 The light that a rough surface reflects is approximated by two factors (the split sum, Karis 2013, "Real Shading in
 Unreal Engine 4"). One is the sky, averaged with the weights of GGX for a viewer straight above the surface; it depends
-on the reflected direction and on roughness alone, so it is computed once here and looked up per pixel. The other is in
-shaders/light/reflected_sky.glsl.
+on the reflected direction and on roughness alone, so it is computed once here and looked up per pixel. The other is the
+part of even light that a surface reflects, a table by roughness and angle.
 """
 
 from collections.abc import Hashable
@@ -15,15 +15,16 @@ from numpy.typing import NDArray
 
 from depthwalk.render.lighting.image_sky import ImageSky, halved, texel_directions, without_sun
 from depthwalk.render.lighting.sky import PaintedSky, Triple
-from depthwalk.types import Array
 
 DIELECTRIC = 0.04
-"""Reflectance at normal incidence of what is not metal: that of glass or plastic of refractive index 1.5, as in glTF."""
+"""Reflectance at normal incidence of what is not metal: that of a refractive index of 1.5, as in glTF."""
 LEAST_ROUGHNESS = 0.08
 """Roughness below which highlights of sun and lamps get no smaller, since they would flicker."""
 IMAGE_WIDTH = 1024  # texels across a picture of the sky as a mirror shows it, 0.35° each
-PAINTED_WIDTH = 256  # the same for skies without details
+PAINTED_WIDTH = 512  # the same for skies without details
 ROUGHEST_WIDTH = 16  # texels across the level of roughness 1
+_PARTS = 32  # rows and columns of the table of reflected parts
+_FACETS = 32  # steps of the facets' inclination, and half as many of their azimuth, over which it is summed
 _MOST_LIGHT = 65504.0  # that a half float holds
 
 
@@ -60,7 +61,7 @@ class ReflectedSky:
             mirror shows. Each further one is half as wide and of twice the α of GGX, down to `ROUGHEST_WIDTH` texels,
             of α = 1. Smaller ones complete the mip-maps.
         """
-        level, levels = self._mirrored(), []
+        level, levels = self._mirrored(), list[NDArray[np.float32]]()
         while level.shape[0] > 1:
             width = level.shape[1]
             alpha = ROUGHEST_WIDTH / width
@@ -69,7 +70,7 @@ class ReflectedSky:
         return tuple(np.minimum(level, _MOST_LIGHT).astype(np.float16) for level in (*levels, level))
 
     def uniforms(self, levels: int) -> dict[str, Any]:
-        """Return the uniforms of shaders/light/reflected_sky.glsl by name, without the sampler; levels: their number."""
+        """Return the uniforms of shaders/light/reflected_sky.glsl, without the sampler. levels: their number."""
         image = self.sky if isinstance(self.sky, ImageSky) else None
         return {
             "mirrored_turn": image.turn if image else 0.0,
@@ -133,3 +134,29 @@ def blurred(radiance: NDArray[np.float32], alpha: float) -> NDArray[np.float32]:
     found = np.concatenate([kernel @ parts, (kernel @ parts[:, ::-1])[:, ::-1]], 1)
     shown = irfft((found[..., :3] + 1j * found[..., 3:]).transpose(1, 0, 2), width, axis=1)
     return np.asarray(np.maximum(shown, 0), np.float32)
+
+
+def reflected_parts() -> NDArray[np.float16]:
+    """Sum up the part of even light that GGX reflects, with the masking of Heitz 2014 and Schlick's Fresnel factor.
+
+    Returns
+    -------
+    NDArray[np.float16]
+        (n, n, 2) for the roughness of each row and the cosine between normal and viewer of each column, both from 1/2n
+        to 1 − 1/2n: a factor of the reflectance at normal incidence, and a summand. Facets are distributed as those
+        that reflect (Karis 2013).
+    """
+    table = np.zeros((_PARTS, _PARTS, 2), np.float16)
+    steps = (np.arange(_PARTS) + 0.5) / _PARTS
+    share, turn = (np.arange(_FACETS) + 0.5) / _FACETS, 2 * np.pi * (np.arange(_FACETS // 2) + 0.5) / _FACETS
+    facing = steps[:, None, None]  # the viewer is at (√(1 − facing²), 0, facing)
+    for row, square in enumerate(steps**4):  # α² of GGX
+        upright = np.sqrt((1 - share) / (1 + (square - 1) * share))[:, None]  # of a facet's normal, by z
+        incidence = np.sqrt(1 - facing**2) * np.sqrt(1 - upright**2) * np.cos(turn) + facing * upright
+        lambert = 2 * incidence * upright - facing
+        lit = np.maximum(lambert, 1e-9)
+        masking = lit * np.sqrt(facing**2 * (1 - square) + square) + facing * np.sqrt(lit**2 * (1 - square) + square)
+        part = np.where((lambert > 0) & (incidence > 0), 2 * lit * incidence / (upright * masking), 0)
+        grazing = (1 - np.clip(incidence, 0, 1)) ** 5
+        table[row] = np.stack([(part * (1 - grazing)).mean((1, 2)), (part * grazing).mean((1, 2))], -1)
+    return table

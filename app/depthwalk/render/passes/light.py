@@ -17,7 +17,7 @@ from depthwalk.gpu.instances import RecordTexture
 from depthwalk.render.frame import Frame
 from depthwalk.render.lamp_inputs import LampInputs
 from depthwalk.render.lighting.image_sky import ImageSky, SkyImage
-from depthwalk.render.lighting.reflection import ReflectedSky
+from depthwalk.render.lighting.reflection import ReflectedSky, reflected_parts
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass
 from depthwalk.scene.effect_settings import LightParams
 
@@ -38,6 +38,7 @@ class LightPass(PixelPass[LightParams]):
         super().setup(gl)
         self._lamps = LampInputs(gl)
         self._sky: tuple[SkyImage, moderngl.Texture] | None = None  # the picture shown last
+        self._parts: moderngl.Texture | None = None  # that surfaces reflect of even light
         self._mirrored: tuple[Hashable, moderngl.Texture, int] | None = None  # the sky reflected last, and its levels
 
     def fuses_with_next(self, frame: Frame, params: LightParams) -> bool:
@@ -62,6 +63,8 @@ class LightPass(PixelPass[LightParams]):
         if frame.assets.reflects and light.reflected is not None:
             defines += ("REFLECTIONS",)
             textures["mirrored_sky"], levels = self._mirrored_texture(light.reflected)
+            self._parts = self._parts or self.gl.table_texture(reflected_parts())
+            textures["reflected_parts"] = self._parts
             values |= light.reflected.uniforms(levels)
         if (ambient := frame.targets.ambient_visibility) is not None:
             defines += ("AMBIENT_OCCLUSION",)

@@ -61,7 +61,7 @@ class MaterialLook(NamedTuple):
     reflects: bool = False
 
     def defines(self, sky_lights: bool) -> tuple[str, ...]:
-        """Return the defines of shaders/mesh/mesh.frag with which the material is drawn; sky_lights: as in `Lighting`."""
+        """Return the defines of shaders/mesh/mesh.frag. sky_lights: whether the sky lights the scene."""
         has = {
             "PAINTED": self.painted,
             "CUT_OUT": self.cutoff is not None,

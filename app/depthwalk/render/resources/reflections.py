@@ -14,9 +14,9 @@ def of_highlight(reflection: Reflection) -> tuple[float, float, float]:
 
 
 def of_texels(reflection: Reflection) -> tuple[float, float, float]:
-    """Return the uniform for surfaces whose texels hold the strength of the highlight, which tells how metallic each is.
+    """Return the uniform for surfaces whose texels hold strengths of highlights, which tell how metallic each is.
 
-    The strength was multiplied by 1 − roughness. Where hardly any is left, all are equally metallic.
+    They were multiplied by 1 − roughness. Where hardly any is left, all are equally metallic.
     """
     if reflection.roughness > _ROUGHEST:
         return of_highlight(reflection)
