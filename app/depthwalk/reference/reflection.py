@@ -87,12 +87,24 @@ def environment_brdf(facing: Array, roughness: Array) -> tuple[Array, Array]:
     """
     table = reflected_parts().astype(float)
     rows, columns, _ = table.shape
-    y, x = (np.clip(value * n - 0.5, 0, n - 1) for value, n in ((roughness, rows), (facing, columns)))
+    y, x = roughness * (rows - 1), facing * (columns - 1)
     top, left = np.minimum(y.astype(int), rows - 2), np.minimum(x.astype(int), columns - 2)
     lower, right = (y - top)[:, None], (x - left)[:, None]
     upper = table[top, left] * (1 - right) + table[top, left + 1] * right
     found = upper * (1 - lower) + (table[top + 1, left] * (1 - right) + table[top + 1, left + 1] * right) * lower
     return found[:, 0], found[:, 1]
+
+
+def lobe_direction(surfaces: Microfacets, view: Array) -> Array:
+    """Return the directions from which surfaces reflect most, (n, 3), of any length; view: (n, 3), from the viewer.
+
+    Rough ones reflect more from where they face than mirrors do (Lagarde and de Rousiers 2014, "Moving Frostbite to
+    PBR", §4.9.3).
+    """
+    alpha = surfaces.roughness[:, None] ** 2
+    part = (1 - alpha) * (np.sqrt(1 - alpha) + alpha)
+    mirror = view - 2 * (view * surfaces.normal).sum(1, keepdims=True) * surfaces.normal
+    return np.asarray(surfaces.normal * (1 - part) + mirror * part)
 
 
 def mirrored(reflected: ReflectedSky, levels: tuple[NDArray[np.float16], ...], direction: Array, rough: Array) -> Array:
@@ -105,7 +117,7 @@ def mirrored(reflected: ReflectedSky, levels: tuple[NDArray[np.float16], ...], d
     levels
         Its `levels`.
     direction
-        (n, 3) unit vectors, world.
+        (n, 3) vectors of any length, world, see `lobe_direction`.
     rough
         (n,) roughness.
 
@@ -129,7 +141,7 @@ def sky_reflection(surfaces: Microfacets, view: Array, sky: Array, everywhere: A
     view
         (n, 3) unit vectors from the viewer to them.
     sky
-        (n, 3) the blurred sky in the direction of reflection, see `mirrored`.
+        (n, 3) the blurred sky in the `lobe_direction`, see `mirrored`.
     everywhere
         (n, 3) light from all sides on a white surface.
     visibility
@@ -140,14 +152,15 @@ def sky_reflection(surfaces: Microfacets, view: Array, sky: Array, everywhere: A
     Array
         (n, 3) linear RGB. What leaves a surface after several reflections between facets comes from all sides
         (Fdez-Agüera 2019, "A Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting"). Visibility of a
-        narrow lobe: Lagarde and de Rousiers 2014, "Moving Frostbite to PBR", §4.10.
+        narrow lobe: Lagarde and de Rousiers 2014, §4.10.
     """
     facing = np.clip(-(surfaces.normal * view).sum(-1), 0, 1)
     scale, bias = environment_brdf(facing, surfaces.roughness)
     scale, bias = scale[:, None], bias[:, None]
-    once, often = _reflected_parts(surfaces.reflectance, scale, bias)
-    entering = 1 - sum(_reflected_parts(np.array([DIELECTRIC]), scale, bias))
-    through = surfaces.base * (1 - surfaces.metalness[:, None]) * entering
+    metal = surfaces.metalness[:, None]
+    glazed, shown = (_reflected_parts(normally, scale, bias) for normally in (np.array([DIELECTRIC]), surfaces.base))
+    once, often = ((1 - metal) * one + metal * other for one, other in zip(glazed, shown, strict=True))
+    through = surfaces.base * (1 - metal) * (1 - sum(glazed))
     lobe = np.exp2(-16 * surfaces.roughness - 1)
     seen = np.clip((facing + visibility) ** lobe - 1 + visibility, 0, 1)
     return np.asarray(seen[:, None] * once * sky + (often + through) * everywhere)

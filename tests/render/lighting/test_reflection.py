@@ -5,7 +5,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from depthwalk.reference.reflection import Microfacets, environment_brdf, microfacet, mirrored, sky_reflection
+from depthwalk.reference.reflection import (
+    Microfacets,
+    environment_brdf,
+    lobe_direction,
+    microfacet,
+    mirrored,
+    sky_reflection,
+)
 from depthwalk.render.lighting.harmonics import polynomials
 from depthwalk.render.lighting.image_sky import ImageSky, image_irradiance, prepare_sky_image, texel_directions
 from depthwalk.render.lighting.irradiance import lighting
@@ -42,7 +49,7 @@ def test_each_texel_is_the_mean_of_a_lobe(alpha: float) -> None:
     radiance = picture(WIDTH // 2)
     direction, weight = texel_directions(*radiance.shape[:2])
     row_weight = np.repeat(np.sin(np.pi * (np.arange(WIDTH // 2) + 0.5) / (WIDTH // 2)), WIDTH)
-    assert weight / weight.sum() == pytest.approx(row_weight / row_weight.sum(), rel=1e-3)
+    np.testing.assert_allclose(weight / weight.sum(), row_weight / row_weight.sum(), rtol=1e-3)
     found = blurred(radiance, alpha).reshape(-1, 3)
     for texel in (0, WIDTH - 1, len(found) - 1, *RNG.integers(0, len(found), 5)):
         lobe = ggx(direction, direction[texel], alpha) * row_weight
@@ -51,7 +58,7 @@ def test_each_texel_is_the_mean_of_a_lobe(alpha: float) -> None:
 
 def test_an_even_sky_stays_even() -> None:
     for alpha in (0.06, 1.0):
-        assert blurred(np.full((32, 64, 3), 0.7, np.float32), alpha) == pytest.approx(0.7, rel=1e-5)
+        np.testing.assert_allclose(blurred(np.full((32, 64, 3), 0.7, np.float32), alpha), 0.7, rtol=1e-5)
 
 
 def painted(**values: Any) -> ReflectedSky:
@@ -73,9 +80,9 @@ def test_the_ground_below_a_painted_sky_is_that_which_lights() -> None:
     first = reflected.levels()[0].astype(float)
     half = len(first) // 2
     direction, _ = texel_directions(*first.shape[:2])
-    assert first[half:] == pytest.approx(np.broadcast_to(reflected.ground, first[half:].shape), rel=1e-3)
+    np.testing.assert_allclose(first[half:], np.broadcast_to(reflected.ground, first[half:].shape), rtol=1e-3)
     seen = reflected.sky.radiance(direction[: half * PAINTED_WIDTH])
-    assert first[:half].reshape(-1, 3) == pytest.approx(seen, rel=1e-3)
+    np.testing.assert_allclose(first[:half].reshape(-1, 3), seen, rtol=1e-3)
 
 
 def test_skies_that_give_no_light_are_not_reflected() -> None:
@@ -85,7 +92,7 @@ def test_skies_that_give_no_light_are_not_reflected() -> None:
 
 def test_a_picture_loses_the_sun_that_lights_by_itself_and_keys_ignore_its_turn() -> None:
     direction, _ = texel_directions(64, 128)
-    radiance = studio(direction) + 500.0 * (direction @ np.array([[0.48], [-0.6], [0.64]]) > np.cos(0.1))
+    radiance = studio(direction) + 500.0 * (direction @ np.array([[0.48], [-0.6], [0.64]]) > np.cos(0.06))
     image = prepare_sky_image(radiance.reshape(64, 128, 3).astype(np.float32))
     sky = [ImageSky(image=image, turn=turn, intensity=1 + turn) for turn in (0.0, 1.0)]
     with_sun, without = (ReflectedSky(sky=sky[0], with_sun=with_sun) for with_sun in (True, False))
@@ -116,7 +123,7 @@ def test_in_a_furnace_white_surfaces_show_what_is_all_around(metalness: float) -
     """Mirrors and chalk, of metal and of anything else: no light is lost or made."""
     made, view = surfaces(100, metalness)
     ones = np.ones((100, 3))
-    assert sky_reflection(made, view, ones, ones, np.ones(100)) == pytest.approx(ones, abs=0.02)
+    np.testing.assert_allclose(sky_reflection(made, view, ones, ones, np.ones(100)), ones, atol=1e-9)
 
 
 def hemisphere(count: int) -> tuple[Array, Array]:
@@ -146,23 +153,26 @@ def test_the_table_of_reflected_parts_holds_sums_over_all_directions() -> None:
                 )
                 reflected = microfacet(each, np.broadcast_to(view, (count, 3)), to_light)[:, 0] @ weight / np.pi
                 off.append(normally * scale[0] + bias[0] - reflected)
-    assert np.abs(off).max() < 0.01
+    assert np.abs(off).max() < 0.015
 
 
-@pytest.mark.parametrize(("metalness", "base", "error"), [(1.0, 0.8, 0.1), (0.0, 0.4, 0.05)])
+@pytest.mark.parametrize(("metalness", "base", "error"), [(1.0, 0.8, 0.25), (0.0, 0.4, 0.15)])
 def test_a_ball_is_as_the_sum_over_all_directions(metalness: float, base: float, error: float) -> None:
-    """Root mean square, as a part of the mean, of what leaves metal after one reflection, as `microfacet` counts."""
-    radiance = picture(128)
+    """Root mean square, as a part of the mean, below a lamp thirty times as bright as that.
+
+    Of metal, what leaves it after one reflection, as `microfacet` counts.
+    """
+    radiance = picture(64)
     reflected = ReflectedSky(sky=ImageSky(image=prepare_sky_image(radiance), turn=0.0, intensity=1.0))
     levels = reflected.levels()
     made, view = surfaces(40, metalness, base)
     made = Microfacets(base=made.base, metalness=made.metalness, normal=made.normal, roughness=np.linspace(0.3, 1, 40))
-    mirror = view - 2 * (view * made.normal).sum(1, keepdims=True) * made.normal
+    sky = mirrored(reflected, levels, lobe_direction(made, view), made.roughness)
     direction, weight = texel_directions(*radiance.shape[:2])
     light = radiance.reshape(-1, 3).astype(float)
     everywhere = polynomials(made.normal) @ image_irradiance(light, direction, weight)
     everywhere *= 1 - metalness
-    found = sky_reflection(made, view, mirrored(reflected, levels, mirror, made.roughness), everywhere, np.ones(40))
+    found = sky_reflection(made, view, sky, everywhere, np.ones(40))
     expected = np.zeros_like(found)
     for k in range(40):
         count = len(direction)
@@ -174,5 +184,5 @@ def test_a_ball_is_as_the_sum_over_all_directions(metalness: float, base: float,
         )
         expected[k] = (microfacet(each, np.broadcast_to(view[k], (count, 3)), direction) * light).T @ weight / np.pi
     off = found - expected
-    print(np.sqrt((off**2).mean()), np.abs(off).max(), expected.mean(), off.mean(), (off / expected).std())
+    assert abs(off.mean()) < 0.07 * expected.mean()
     assert np.sqrt((off**2).mean()) < error * expected.mean()

@@ -23,7 +23,7 @@ LEAST_ROUGHNESS = 0.08
 IMAGE_WIDTH = 1024  # texels across a picture of the sky as a mirror shows it, 0.35° each
 PAINTED_WIDTH = 512  # the same for skies without details
 ROUGHEST_WIDTH = 16  # texels across the level of roughness 1
-_PARTS = 32  # rows and columns of the table of reflected parts
+PARTS = 32  # rows and columns of the table of reflected parts
 _FACETS = 32  # steps of the facets' inclination, and half as many of their azimuth, over which it is summed
 _MOST_LIGHT = 65504.0  # that a half float holds
 
@@ -142,15 +142,15 @@ def reflected_parts() -> NDArray[np.float16]:
     Returns
     -------
     NDArray[np.float16]
-        (n, n, 2) for the roughness of each row and the cosine between normal and viewer of each column, both from 1/2n
-        to 1 − 1/2n: a factor of the reflectance at normal incidence, and a summand. Facets are distributed as those
-        that reflect (Karis 2013).
+        (n, n, 2) for the roughness of each row and the cosine between normal and viewer of each column, both from 0 to
+        1: a factor of the reflectance at normal incidence, and a summand. Facets are distributed as those that reflect
+        (Karis 2013).
     """
-    table = np.zeros((_PARTS, _PARTS, 2), np.float16)
-    steps = (np.arange(_PARTS) + 0.5) / _PARTS
+    table = np.zeros((PARTS, PARTS, 2), np.float16)
+    steps = np.maximum(np.arange(PARTS) / (PARTS - 1), 1e-3)
     share, turn = (np.arange(_FACETS) + 0.5) / _FACETS, 2 * np.pi * (np.arange(_FACETS // 2) + 0.5) / _FACETS
     facing = steps[:, None, None]  # the viewer is at (√(1 − facing²), 0, facing)
-    for row, square in enumerate(steps**4):  # α² of GGX
+    for row, square in enumerate(np.maximum(steps, LEAST_ROUGHNESS) ** 4):  # α² of GGX
         upright = np.sqrt((1 - share) / (1 + (square - 1) * share))[:, None]  # of a facet's normal, by z
         incidence = np.sqrt(1 - facing**2) * np.sqrt(1 - upright**2) * np.cos(turn) + facing * upright
         lambert = 2 * incidence * upright - facing
