@@ -160,7 +160,7 @@ def test_textures_tell_metal_from_wood(studio: Studio, tmp_path: Path) -> None:
     ]
     glb.mesh({}, material=0)
     glb.mesh({}, material=1)
-    mesh = load_mesh(glb.write(tmp_path / "a.glb", {"mesh": 0}, {"mesh": 1, "translation": [1.2, 0, 0]}))
+    mesh = load_mesh(glb.write(tmp_path / "a.glb", {"mesh": 0}, {"mesh": 1, "translation": [1.2, 0, -0.1]}))
     camera = replace(LOW, position=(0.0, -0.6, 2.6))
     for representation in (Representation.MESH, Representation.DPCI):
         scene, library = shown(mesh, representation, **EVEN)

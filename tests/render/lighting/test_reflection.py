@@ -22,7 +22,6 @@ from depthwalk.scene.environment import Environment
 from depthwalk.types import Array
 
 WIDTH = 64
-RNG = np.random.default_rng(7)
 
 
 def studio(direction: Array) -> Array:
@@ -51,7 +50,7 @@ def test_each_texel_is_the_mean_of_a_lobe(alpha: float) -> None:
     row_weight = np.repeat(np.sin(np.pi * (np.arange(WIDTH // 2) + 0.5) / (WIDTH // 2)), WIDTH)
     np.testing.assert_allclose(weight / weight.sum(), row_weight / row_weight.sum(), rtol=1e-3)
     found = blurred(radiance, alpha).reshape(-1, 3)
-    for texel in (0, WIDTH - 1, len(found) - 1, *RNG.integers(0, len(found), 5)):
+    for texel in (0, WIDTH - 1, len(found) - 1, *np.random.default_rng(3).integers(0, len(found), 5)):
         lobe = ggx(direction, direction[texel], alpha) * row_weight
         assert found[texel] == pytest.approx(lobe @ radiance.reshape(-1, 3) / lobe.sum(), rel=1e-4)
 
@@ -104,11 +103,12 @@ def test_a_picture_loses_the_sun_that_lights_by_itself_and_keys_ignore_its_turn(
 
 def surfaces(count: int, metalness: float, base: float = 1.0) -> tuple[Microfacets, Array]:
     """Surfaces of all roughnesses, from mirrors to chalk, seen at angles up to 84°, and view vectors, (n, 3)."""
-    normal = RNG.normal(size=(count, 3))
+    rng = np.random.default_rng(7)
+    normal = rng.normal(size=(count, 3))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    aside = np.cross(normal, RNG.normal(size=(count, 3)))
+    aside = np.cross(normal, rng.normal(size=(count, 3)))
     aside /= np.linalg.norm(aside, axis=1, keepdims=True)
-    facing = RNG.uniform(0.1, 1, count)[:, None]
+    facing = rng.uniform(0.1, 1, count)[:, None]
     made = Microfacets(
         base=np.full((count, 3), base),
         metalness=np.full(count, metalness),
@@ -156,33 +156,37 @@ def test_the_table_of_reflected_parts_holds_sums_over_all_directions() -> None:
     assert np.abs(off).max() < 0.015
 
 
-@pytest.mark.parametrize(("metalness", "base", "error"), [(1.0, 0.8, 0.25), (0.0, 0.4, 0.15)])
-def test_a_ball_is_as_the_sum_over_all_directions(metalness: float, base: float, error: float) -> None:
-    """Root mean square, as a part of the mean, below a lamp thirty times as bright as that.
+@pytest.mark.parametrize(("metalness", "base", "usual", "most"), [(1.0, 0.8, 0.05, 0.25), (0.0, 0.4, 0.05, 0.12)])
+def test_surfaces_shine_as_the_sum_over_all_directions(
+    metalness: float, base: float, usual: float, most: float
+) -> None:
+    """Errors as parts of the mean, below a lamp thirty times as bright: of half and of nine tenths of the surfaces.
 
     Of metal, what leaves it after one reflection, as `microfacet` counts.
     """
-    radiance = picture(64)
+    radiance, count = picture(64), 100
     reflected = ReflectedSky(sky=ImageSky(image=prepare_sky_image(radiance), turn=0.0, intensity=1.0))
     levels = reflected.levels()
-    made, view = surfaces(40, metalness, base)
-    made = Microfacets(base=made.base, metalness=made.metalness, normal=made.normal, roughness=np.linspace(0.3, 1, 40))
+    made, view = surfaces(count, metalness, base)
+    made = Microfacets(
+        base=made.base, metalness=made.metalness, normal=made.normal, roughness=np.linspace(0.3, 1, count)
+    )
     sky = mirrored(reflected, levels, lobe_direction(made, view), made.roughness)
     direction, weight = texel_directions(*radiance.shape[:2])
     light = radiance.reshape(-1, 3).astype(float)
     everywhere = polynomials(made.normal) @ image_irradiance(light, direction, weight)
     everywhere *= 1 - metalness
-    found = sky_reflection(made, view, sky, everywhere, np.ones(40))
+    found = sky_reflection(made, view, sky, everywhere, np.ones(count))
     expected = np.zeros_like(found)
-    for k in range(40):
-        count = len(direction)
+    for k in range(count):
+        lights = len(direction)
         each = Microfacets(
-            base=np.broadcast_to(made.base[k], (count, 3)),
-            metalness=np.broadcast_to(made.metalness[k], count),
-            roughness=np.broadcast_to(made.roughness[k], count),
-            normal=np.broadcast_to(made.normal[k], (count, 3)),
+            base=np.broadcast_to(made.base[k], (lights, 3)),
+            metalness=np.broadcast_to(made.metalness[k], lights),
+            roughness=np.broadcast_to(made.roughness[k], lights),
+            normal=np.broadcast_to(made.normal[k], (lights, 3)),
         )
-        expected[k] = (microfacet(each, np.broadcast_to(view[k], (count, 3)), direction) * light).T @ weight / np.pi
-    off = found - expected
-    assert abs(off.mean()) < 0.07 * expected.mean()
-    assert np.sqrt((off**2).mean()) < error * expected.mean()
+        expected[k] = (microfacet(each, np.broadcast_to(view[k], (lights, 3)), direction) * light).T @ weight / np.pi
+    off = (found - expected) / expected.mean()
+    assert abs(off.mean()) < 0.1
+    assert (np.quantile(np.abs(off), (0.5, 0.9)) < (usual, most)).all()
