@@ -1,6 +1,6 @@
 """Captured views are kept in the cache, and damaged files are passed over."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ from depthwalk.array_file import write_arrays
 from depthwalk.bake.capture import capture_views
 from depthwalk.bake.capture_file import CAPTURES
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
+from depthwalk.ingest.mesh import Reflection
 from shapes import box
 
 PARAMS = CaptureParams(directions="sphere", count=3, resolution=8)
@@ -25,7 +26,9 @@ def views() -> CapturedViews:
     return capture_views(box(1, 2, 1), PARAMS)
 
 
-def test_views_are_found_again(cache: None, views: CapturedViews) -> None:
+@pytest.mark.parametrize("reflection", [None, Reflection(0.25, 0.5)])
+def test_views_are_found_again(cache: None, views: CapturedViews, reflection: Reflection | None) -> None:
+    views = replace(views, reflection=reflection)
     CAPTURES.keep_value(views, "ab")
     found = CAPTURES.find_value(PARAMS, "ab")
     assert found is not None

@@ -24,7 +24,7 @@ from depthwalk.commands.cli import app
 from depthwalk.cook.cook import CookOptions, cook_object
 from depthwalk.cook.cooked_file import read_cooked, write_cooked
 from depthwalk.errors import InputError
-from depthwalk.ingest.mesh import Material
+from depthwalk.ingest.mesh import Material, Reflection
 from shapes import bake, box, joined, model_of, panes
 
 
@@ -77,6 +77,16 @@ def test_unlit_surfaces_stay_so_in_files(tmp_path: Path) -> None:
     assert [cooked.outline.is_unlit for cooked in read_cooked(tmp_path / "a.dpci.npz")] == [True]
 
 
+def test_reflections_stay_so_in_files(tmp_path: Path) -> None:
+    """Of depth images, and of what is cooked from them."""
+    model = model_of(bake(panes((0.0, Material(reflection=Reflection(0.25, 0.5)))), resolution=16, layers=1))
+    write_baked(tmp_path / "a.dpci.exr", model)
+    (read,) = read_baked(tmp_path / "a.dpci.exr").parts
+    assert read.reflection == (0.25, 0.5)
+    write_cooked(tmp_path / "a.dpci.npz", read.key, (cook_object(read, CookOptions()),))
+    assert [cooked.outline.reflection for cooked in read_cooked(tmp_path / "a.dpci.npz")] == [(0.25, 0.5)]
+
+
 def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(
     tmp_path: Path, baked: BakedObject, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -125,6 +135,8 @@ def test_images_past_their_limit_are_not_read(path: Path, monkeypatch: pytest.Mo
         ("y", float("inf"), "y is inf, not a finite number"),
         ("qw", 3.0, "not a unit quaternion"),
         ("shininess", -1.0, "its shininess is negative"),
+        ("roughness", 0.5, "its roughness or metalness is not a number from 0 to 1"),
+        ("metalness", 1.5, "its roughness or metalness is not a number from 0 to 1"),
         ("steps", 0, "steps is 0, not a number from 1 to 7"),
         ("left_out", 1.5, "left_out is 1.5, not a number from 0 to 1"),
         ("left_out", "half", "left_out is 'half', not a number from 0 to 1"),

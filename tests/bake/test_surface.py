@@ -8,8 +8,8 @@ import pytest
 
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.samples import face_samples
-from depthwalk.bake.surface import mean_shininess, surface_at
-from depthwalk.ingest.mesh import Material, Mesh, Part
+from depthwalk.bake.surface import mean_reflection, mean_shininess, surface_at
+from depthwalk.ingest.mesh import Material, Mesh, Part, Reflection
 from depthwalk.types import Array
 from shapes import mesh_of
 
@@ -57,6 +57,19 @@ def test_nothing_is_seen_beside_the_mesh() -> None:
 def test_shininess_is_the_mean_over_the_faces() -> None:
     parts = Part(0, 1, 0), Part(1, 1, 1)
     assert mean_shininess(card(parts=parts, materials=(Material(shininess=10), Material(shininess=30)))) == 20
+
+
+def test_reflection_is_that_of_the_parts_that_shine() -> None:
+    """Of two equal faces: roughness by the strength of their highlights, metalness by their areas."""
+    parts = Part(0, 1, 0), Part(1, 1, 1)
+
+    def mean(*found: Reflection | None, strength: tuple[float, float] = (0.999, 0.199)) -> Reflection | None:
+        pairs = zip(found, strength, strict=True)
+        return mean_reflection(card(parts=parts, materials=tuple(Material(specular=s, reflection=r) for r, s in pairs)))
+
+    metal, glaze = Reflection(0.2, 1.0), Reflection(0.8, 0.0)
+    assert mean(metal, glaze) == pytest.approx((0.3, 0.5)) and mean(metal, None) == pytest.approx((0.2, 0.5))
+    assert mean(metal, metal, strength=(0.0, 0.0)) == pytest.approx(metal) and mean(None, None) is None
 
 
 @pytest.mark.parametrize("shape", [(2, 3), (3, 2)])

@@ -10,7 +10,7 @@ from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import TextureDecoder
-from depthwalk.ingest.materials import convert_material, phong_from_mtl
+from depthwalk.ingest.materials import convert_material, phong_from_mtl, without_light
 from depthwalk.ingest.mesh import Material
 from depthwalk.limits import MAX_EMISSION, MAX_SHININESS
 
@@ -65,6 +65,22 @@ def test_rough_surfaces_have_wide_and_weak_highlights() -> None:
     assert smooth is not None and rough is not None
     assert smooth.shininess > rough.shininess == 1 and smooth.specular > rough.specular == 0
     assert convert_material(PBRMaterial(roughnessFactor=0.5), "a") is not None
+
+
+@pytest.mark.parametrize(
+    ("terms", "expected"),
+    [
+        ({}, (1, 1)),  # metal, as glTF says of what it does not
+        ({"metallicFactor": 0.0}, None),
+        ({"metallicFactor": 0.0, "roughnessFactor": 0.74}, (0.74, 0)),
+        ({"metallicFactor": 0.05, "roughnessFactor": 0.76}, None),
+        ({"metallicFactor": 0.2, "roughnessFactor": 0.0}, (0, 0.2)),
+    ],
+)
+def test_glossy_and_metallic_surfaces_reflect(terms: dict[str, float], expected: tuple[float, float] | None) -> None:
+    found = convert_material(PBRMaterial(**terms), "a")
+    assert found is not None and found.reflection == (None if expected is None else pytest.approx(expected))
+    assert without_light(found).reflection is None
 
 
 def test_a_roughness_map_counts_where_the_surface_shows_it() -> None:
