@@ -12,7 +12,7 @@ const float NORMAL_STEPS = float(NORMAL_MASK - 1u);     // even, so that floors 
 const float SHININESS_STEPS = 254.0;
 const uint COLOUR_MASK = (1u << 24u) - 1u;
 const float ROUGHNESS_STEPS = 49.0, METALNESS_STEPS = 4.0;  // of reflecting surfaces
-const uint ROUGHNESSES = 50u;
+const float ROUGHNESSES = ROUGHNESS_STEPS + 1.0;
 
 // UNLIT: the surface shows its colour without light, and its highlight does not matter.
 uvec2 packed_surface(vec3 linear, float specular, vec3 normal, float shininess) {
@@ -37,8 +37,8 @@ uvec2 reflecting_surface(vec3 linear, float specular, vec3 normal, float shinine
     float strength = reflection.y + reflection.z * specular;
     if (strength < 0.5 * DIELECTRIC_HIGHLIGHT) return words;
     float metalness = clamp((strength - DIELECTRIC_HIGHLIGHT) / (1.0 - DIELECTRIC_HIGHLIGHT), 0.0, 1.0);
-    uint code = uint(METALNESS_STEPS * metalness + 0.5) * ROUGHNESSES + uint(ROUGHNESS_STEPS * reflection.x + 0.5);
-    return uvec2(words.x & COLOUR_MASK | code + 1u << 24, words.y & ((1u << SHININESS_SHIFT) - 1u));
+    float code = 1.0 + floor(METALNESS_STEPS * metalness + 0.5) * ROUGHNESSES + floor(ROUGHNESS_STEPS * reflection.x + 0.5);
+    return uvec2(words.x & COLOUR_MASK | uint(code) << 24, words.y & ((1u << SHININESS_SHIFT) - 1u));
 }
 // Marks the surface as lit already, so that deferred lighting leaves it alone.
 uvec2 lit_surface(uvec2 surface) {
@@ -48,8 +48,11 @@ uvec2 lit_surface(uvec2 surface) {
 bool is_lit(uvec2 surface) { return surface.y >> SHININESS_SHIFT == 0u; }
 bool is_unlit(uvec2 surface) { return is_lit(surface) && surface.x >> 24 == 255u; }
 bool is_reflecting(uvec2 surface) { return is_lit(surface) && surface.x >> 24 != 0u && surface.x >> 24 != 255u; }
-float roughness_of(uvec2 surface) { return float(((surface.x >> 24) - 1u) % ROUGHNESSES) / ROUGHNESS_STEPS; }
-float metalness_of(uvec2 surface) { return float(((surface.x >> 24) - 1u) / ROUGHNESSES) / METALNESS_STEPS; }
+// Returns roughness and metalness.
+vec2 reflection_of(uvec2 surface) {
+    float code = float(surface.x >> 24) - 1.0, metalness = floor((code + 0.5) / ROUGHNESSES);
+    return vec2(code - ROUGHNESSES * metalness, metalness) / vec2(ROUGHNESS_STEPS, METALNESS_STEPS);
+}
 vec3 albedo_of(uvec2 surface) {
     vec3 root = vec3(surface.x & 255u, surface.x >> 8 & 255u, surface.x >> 16 & 255u) / 255.0;
     return root * root;

@@ -13,13 +13,14 @@ vec3 reflectance(vec3 base, float metalness) { return mix(vec3(DIELECTRIC), base
 vec3 microfacet(vec3 base, float metalness, float roughness, vec3 normal, vec3 view, vec3 to_light) {
     float lambert = dot(normal, to_light), facing = max(abs(dot(normal, view)), 1e-3);
     if (lambert <= 0.0) return vec3(0.0);
-    float alpha = pow(max(roughness, LEAST_ROUGHNESS), 2.0), square = alpha * alpha;
+    float alpha = max(roughness, LEAST_ROUGHNESS) * max(roughness, LEAST_ROUGHNESS), square = alpha * alpha;
     vec3 halfway = normalize(to_light - view);
     float cosine = dot(normal, halfway), incidence = 1.0 - clamp(dot(to_light, halfway), 0.0, 1.0);
     float spread = cosine * cosine * (square - 1.0) + 1.0;
     float masking = lambert * sqrt(facing * facing * (1.0 - square) + square)
         + facing * sqrt(lambert * lambert * (1.0 - square) + square);    // Heitz 2014
     vec3 fresnel = reflectance(base, metalness);
-    fresnel += (1.0 - fresnel) * pow(incidence, 5.0);
+    float grazing = incidence * incidence;
+    fresnel += (1.0 - fresnel) * (grazing * grazing * incidence);
     return lambert * ((1.0 - metalness) * base + fresnel * (square / (spread * spread) * 0.5 / masking));
 }

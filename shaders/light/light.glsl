@@ -42,9 +42,10 @@ void draw_light(inout Pixel pixel) {
     vec3 albedo = albedo_of(pixel.surface), normal = normal_of(pixel.surface);
     float specular = specular_of(pixel.surface), shininess = shininess_of(pixel.surface);
 #ifdef REFLECTIONS
+    vec2 reflection = reflection_of(pixel.surface);
     if (reflects) {
-        specular = metalness_of(pixel.surface);
-        shininess = shininess_from(roughness_of(pixel.surface));
+        specular = reflection.y;
+        shininess = shininess_from(reflection.x);
     }
 #endif
     vec3 direct = sun;
@@ -61,7 +62,7 @@ void draw_light(inout Pixel pixel) {
 #endif
     vec3 around = albedo * from_all_sides;
 #ifdef REFLECTIONS
-    if (reflects) around = of_sky(albedo, specular, roughness_of(pixel.surface), normal, view, from_all_sides, visibility);
+    if (reflects) around = of_sky(albedo, reflection.y, reflection.x, normal, view, from_all_sides, visibility);
 #endif
     vec3 colour = around + direct * phong(albedo, specular, shininess, normal, view, to_sun);
 #ifdef LAMPS

@@ -42,7 +42,10 @@ vec3 of_sky(vec3 base, float metalness, float roughness, vec3 normal, vec3 view,
     vec3 glazed_often = reflected_often(vec3(DIELECTRIC), glazed, rest);
     vec3 once = mix(glazed, shown, metalness), often = mix(glazed_often, reflected_often(base, shown, rest), metalness);
     vec3 through = base * (1.0 - metalness) * (1.0 - glazed - glazed_often);
+    float seen = visibility;
+#ifdef AMBIENT_OCCLUSION
     // What is hidden of a narrow lobe, from what is hidden of the hemisphere (the same, §4.10).
-    float seen = clamp(pow(facing + visibility, exp2(-16.0 * roughness - 1.0)) - 1.0 + visibility, 0.0, 1.0);
+    seen = clamp(pow(facing + visibility, exp2(-16.0 * roughness - 1.0)) - 1.0 + visibility, 0.0, 1.0);
+#endif
     return seen * once * mirrored_at(lobe_direction(normal, view, roughness), roughness) + (often + through) * from_all_sides;
 }

@@ -23,7 +23,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def views() -> CapturedViews:
-    return capture_views(box(1, 2, 1), PARAMS)
+    return replace(capture_views(box(1, 2, 1), PARAMS), reflection=Reflection(0.5, 1.0))
 
 
 @pytest.mark.parametrize("reflection", [None, Reflection(0.25, 0.5)])
@@ -45,6 +45,8 @@ def test_views_are_found_again(cache: None, views: CapturedViews, reflection: Re
         {"radius": np.array(np.nan)},
         {"radius": np.array(0.0)},
         {"centre": np.zeros(2)},
+        {"reflection": np.array([0.5, 2.0])},
+        {"reflection": np.array([0.5])},
     ],
 )
 def test_damaged_files_are_passed_over(cache: None, views: CapturedViews, changed: dict[str, object]) -> None:

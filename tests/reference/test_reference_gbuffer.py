@@ -35,8 +35,8 @@ void main() {
 #ifdef REFLECTS
     words = reflecting_surface(look.rgb, look.a, facing.xyz, facing.w, vec3(look.a, 0.1, 0.9));
     bool told = is_reflecting(words) && !is_unlit(words);
-    colour = vec4(albedo_of(words), told ? roughness_of(words) : -1.0);
-    normal = vec4(normal_of(words), told ? metalness_of(words) : -1.0);
+    colour = vec4(albedo_of(words), told ? reflection_of(words).x : -1.0);
+    normal = vec4(normal_of(words), told ? reflection_of(words).y : -1.0);
     return;
 #endif
     words = packed_surface(look.rgb, look.a, facing.xyz, facing.w);
