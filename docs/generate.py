@@ -96,8 +96,8 @@ more (below): skins and shape keys (morph targets) are as the nodes pose them at
 may be integers, accessors sparse or quantised, textures transformed (`KHR_texture_transform`). Pictures may be PNG,
 JPEG or WebP (`EXT_texture_webp`); a texture whose only picture is of another kind, such as AVIF, is left out with a
 warning. [Normal maps](baking.md#normal-maps) are read if they share the texture coordinates of the colours,
-and textures always repeat. A material has one highlight, as wide and strong as the mean of its map of roughness and
-metalness. Files all of whose materials are `KHR_materials_unlit`, as scans are, are shown [without
+and textures always repeat. A material has one highlight and [reflection](light.md#reflections), by the mean of its map
+of roughness and metalness. Files all of whose materials are `KHR_materials_unlit`, as scans are, are shown [without
 light](light.md#unlit). `depthwalk info` lists what of a file is not read.
 
 The extra `gltf` reads what is compressed, `pip install -e ".[gltf]"` in the checkout: meshes by Draco

@@ -240,6 +240,15 @@ def test_info_tells_of_colours(run: Callable[..., Any], tmp_path: Path) -> None:
         assert described.get("colours") == said and surface in described["material 0"]
 
 
+def test_info_tells_what_reflects(run: Callable[..., Any], tmp_path: Path) -> None:
+    for terms, told in (({"roughnessFactor": 0.25}, "roughness 0.25, metalness 1"), ({"metallicFactor": 0}, "#ffffff")):
+        glb = Glb()
+        glb.header["materials"] = [{"pbrMetallicRoughness": terms}]
+        glb.mesh({}, material=0)
+        mesh = glb.write(tmp_path / "a.glb", {"mesh": 0})
+        assert rows(run("info", mesh).stdout)["material 0"].endswith(told)
+
+
 def test_info_tells_what_of_a_gltf_file_is_not_read(run: Callable[..., Any], tmp_path: Path) -> None:
     glb = Glb()
     glb.mesh({})

@@ -359,6 +359,8 @@ def _triangle_rows(mesh: "Mesh", path: Path) -> Iterator[Row]:
         relief = material.normal_map
         bumps = "" if relief is None else f", normal map {relief.shape[1]} × {relief.shape[0]}"
         light = ", unlit" if material.unlit else ""
+        if (reflection := material.reflection) is not None:
+            light = f", roughness {reflection.roughness:.2g}, metalness {reflection.metalness:.2g}"
         faces = counted(part.face_count, "triangle")
         yield f"material {part.material}", f"{faces}, {image}{bumps}{through}{glow}{light}"
 
