@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from depthwalk.colour import linear_from_srgb
 from depthwalk.gpu.device import Device
@@ -46,7 +47,7 @@ SIZE = 150, 70
 BASE = np.array([0.9, 0.5, 0.2])
 
 
-def lit_twin(light: Lighting, lamp: Any, words: Array, from_viewer: Array, view: View) -> Array:
+def lit_twin(light: Lighting, lamp: Any, words: NDArray[np.uint32], from_viewer: Array, view: View) -> Array:
     """Linear RGB (n, 3) of what the G-buffer's words tell, `from_viewer` (n, 3) off, metres."""
     away = from_viewer / np.linalg.norm(from_viewer, axis=1, keepdims=True)
     plain, glossy, reflects = unpacked_surfaces(words), microfacets(words), is_reflecting(words)
