@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from depthwalk.commands.cli import app
+from depthwalk.geometry.triangulation import triangulated
 from depthwalk.ingest.interchange.model import Polygons, posed
 from depthwalk.ingest.interchange.reader import parse
-from depthwalk.ingest.interchange.triangulation import triangulated
 from depthwalk.ingest.reader import read_soup
 from depthwalk.ingest.soup import Soup, unit_normals
 from fuzz.dae_files import dae, skinned_dae

@@ -91,6 +91,41 @@ def test_polygons_become_fans(tmp_path: Path) -> None:
     assert read_soup(path).faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 1, 2], [2, 3, 0], [0, 1, 2]]
 
 
+@pytest.mark.parametrize("turned", range(5))
+def test_concave_polygons_are_cut_within(tmp_path: Path, turned: int) -> None:
+    """Two of a letter V, each in a group of its own, the last of which comes first."""
+    outline = [(0, 0), (4, 0), (5, 3), (2, 1), (-1, 3)]
+    places = outline[turned:] + outline[:turned]
+    vertices = "".join(f"v {x} {y} 0\n" for x, y in places)
+    path = tmp_path / "v.obj"
+    path.write_text(f"{vertices}usemtl a\nf 1 2 3 4 5\nusemtl b\nf 1 2 3 4 5\nf 1 2 3\n")
+    soup = read_soup(path)
+    first, second, third = soup.positions[soup.faces].transpose(1, 0, 2)
+    areas = np.cross(second - first, third - first)[:, 2] / 2
+    assert len(areas) == 7
+    for letter in areas[:3], areas[4:]:
+        assert (letter > 0).all() and letter.sum() == pytest.approx(9)
+
+
+@pytest.mark.parametrize(("corner", "expected"), [(1, [[1, 2, 3], [3, 0, 1]]), (2, [[0, 1, 2], [2, 3, 0]])])
+def test_arrowheads_are_cut_from_their_notch(tmp_path: Path, corner: int, expected: list[list[int]]) -> None:
+    places = [(0, 0), (4, 0), (4, 4), (0, 4)]
+    places[corner] = {1: (1, 2), 2: (1, 1)}[corner]
+    path = tmp_path / "a.obj"
+    path.write_text("".join(f"v {x} {y} 0\n" for x, y in places) + "f 1 2 3 4\n")
+    faces = [min(face[k:] + face[:k] for k in range(3)) for face in read_soup(path).faces.tolist()]
+    assert sorted(faces) == sorted(min(face[k:] + face[:k] for k in range(3)) for face in expected)
+
+
+def test_colours_may_reach_to_255(tmp_path: Path) -> None:
+    """As 3DDFA and others write them, which were all white."""
+    path = tmp_path / "c.obj"
+    path.write_text("v 0 0 0 255 0 128\nv 1 0 0 0 1 0\nv 0 1 0 12 34 56\nf 1 2 3\n")
+    assert read_soup(path).colours.tolist() == [[255, 0, 128], [0, 1, 0], [12, 34, 56]]
+    path.write_text("v 0 0 0 1.01 0 0.5\nv 1 0 0 0 1 0\nv 0 1 0 0.2 0 0\nf 1 2 3\n")
+    assert read_soup(path).colours.tolist() == [[255, 0, 128], [0, 255, 0], [51, 0, 0]]
+
+
 def test_groups_follow_usemtl_and_keep_apart(tmp_path: Path) -> None:
     mesh = parsed(f"{VERTICES}f 1 2 3\nusemtl a b\nf 1 2 4\nusemtl none\nusemtl c\nf 1 3 4\nusemtl a b\nf 2 3 4\n")
     assert mesh.material_names == (None, "a b", "c") and mesh.group.tolist() == [0, 1, 2, 1]

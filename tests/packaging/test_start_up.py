@@ -97,7 +97,7 @@ def test_readers_of_interchange_files_are_imported_when_such_a_file_is_read(
     assert not {module for module in without if "interchange" in module or "xml" in module}
     assert {module for module in having if "interchange." in module} == {
         f"depthwalk.ingest.interchange.{name}"
-        for name in ("collada", "collada_geometry", "collada_materials", "model", "reader", "triangulation", "xml_tree")
+        for name in ("collada", "collada_geometry", "collada_materials", "model", "reader", "xml_tree")
     }
     assert not having & HEAVY
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.ingest.materials import plain_material
-from depthwalk.ingest.ply import with_usual_colours
+from depthwalk.ingest.ply import INDICES, ORDERS, TYPES, with_usual_colours
 from depthwalk.ingest.soup import (
     Soup,
     absent,
@@ -27,28 +27,8 @@ _STL_HEADER = 84  # bytes: any 80, and the number of triangles
 _STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 _LONGEST_HEADER = 1 << 14  # bytes, of PLY files that are read here
-_ORDERS = {b"binary_little_endian": "<", b"binary_big_endian": ">"}
-_TYPES = {
-    b"char": "i1",
-    b"uchar": "u1",
-    b"short": "i2",
-    b"ushort": "u2",
-    b"int": "i4",
-    b"uint": "u4",
-    b"float": "f4",
-    b"double": "f8",
-    b"int8": "i1",
-    b"uint8": "u1",
-    b"int16": "i2",
-    b"uint16": "u2",
-    b"int32": "i4",
-    b"uint32": "u4",
-    b"float32": "f4",
-    b"float64": "f8",
-}
 _COUNT = re.compile(rb"[1-9]\d{0,9}")
 _PLACE, _NORMAL, _COLOUR = (b"x", b"y", b"z"), (b"nx", b"ny", b"nz"), (b"red", b"green", b"blue")
-_INDICES = b"vertex_index", b"vertex_indices"
 _ELSEWHERE = {b"s", b"t", b"u", b"v", b"texture_u", b"texture_v"}  # texture coordinates, which divide vertices
 
 
@@ -139,7 +119,7 @@ def _ply_layout(data: bytes) -> _PlyLayout | None:
     if not lines or lines[-1] != [b"end_header"] or lines[0] != [b"ply"] or b"texturefile" in head[:end].lower():
         return None
     said = [words for words in lines[1:-1] if words[:1] not in ([], [b"comment"], [b"obj_info"])]
-    order = _ORDERS.get(said[0][1]) if said and len(said[0]) == 3 and said[0][0] == b"format" else None
+    order = ORDERS.get(said[0][1]) if said and len(said[0]) == 3 and said[0][0] == b"format" else None
     starts = [number for number, words in enumerate(said) if words[0] == b"element"]
     if order is None or len(starts) != 2 or starts[0] != 1:
         return None
@@ -153,7 +133,7 @@ def _ply_layout(data: bytes) -> _PlyLayout | None:
 
 def _vertex_record(properties: list[list[bytes]], order: str) -> np.dtype[Any] | None:
     """Return the record of a vertex; None if it has lists, unknown types, colours of other types or no place."""
-    types = {words[2]: _TYPES[words[1]] for words in properties if len(words) == 3 and words[1] in _TYPES}
+    types = {words[2]: TYPES[words[1]] for words in properties if len(words) == 3 and words[1] in TYPES}
     colours = [types[name] for name in (*_COLOUR, b"alpha") if name in types]
     if len(types) != len(properties) or not set(_PLACE) <= types.keys() or types.keys() & _ELSEWHERE:
         return None
@@ -169,8 +149,8 @@ def _face_record(properties: list[list[bytes]], order: str) -> np.dtype[Any] | N
     if len(properties) != 1 or len(properties[0]) != 5 or properties[0][:2] != [b"property", b"list"]:
         return None
     _, _, length, kind, name = properties[0]
-    types = _TYPES.get(length, "f4"), _TYPES.get(kind, "f4")
-    if name not in _INDICES or any(each[0] == "f" for each in types):
+    types = TYPES.get(length, "f4"), TYPES.get(kind, "f4")
+    if name not in INDICES or any(each[0] == "f" for each in types):
         return None
     return np.dtype([("corners", order + types[0]), ("indices", order + types[1], 3)])
 

@@ -10,6 +10,27 @@ from pathlib import Path
 
 from depthwalk.errors import InputError
 
+ORDERS = {b"binary_little_endian": "<", b"binary_big_endian": ">"}
+TYPES = {
+    b"char": "i1",
+    b"uchar": "u1",
+    b"short": "i2",
+    b"ushort": "u2",
+    b"int": "i4",
+    b"uint": "u4",
+    b"float": "f4",
+    b"double": "f8",
+    b"int8": "i1",
+    b"uint8": "u1",
+    b"int16": "i2",
+    b"uint16": "u2",
+    b"int32": "i4",
+    b"uint32": "u4",
+    b"float32": "f4",
+    b"float64": "f8",
+}
+INDICES = b"vertex_index", b"vertex_indices"  # the lists of a face's corners
+
 _FACES = re.compile(rb"^element[ \t]+(?:face|tristrips)[ \t]+0*[1-9]", re.MULTILINE)
 _ELEMENT = re.compile(rb"^element[ \t]", re.MULTILINE)
 _USUAL = re.compile(rb"^property[ \t]+\w+[ \t]+(?:red|green|blue)[ \t\r]*$", re.MULTILINE)

@@ -20,6 +20,7 @@ from depthwalk.ingest.preview import coarse_soup, thinned
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, finite_faces, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8
 
+_MOST_UNIT = 2.0  # of colours from 0 to 1, which may be somewhat above; others are from 0 to 255, as some write them
 _RECORD_SUFFIXES = (".stl", ".ply")
 _OFF_BYTES = 24  # memory for reading an OFF file per byte, measured with a million triangles
 _TEXT_BYTES = 12  # memory for reading an OBJ file per byte, measured with a million triangles
@@ -125,6 +126,11 @@ def _read_any(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud:
         from depthwalk.ingest.binary_records import read_binary_ply, read_binary_stl
 
         soup = read_binary_stl(data, path) if suffix == ".stl" else read_binary_ply(data, path)
+        if soup is None and suffix == ".ply":
+            from depthwalk.ingest.ply_polygons import with_triangles
+
+            if (rewritten := with_triangles(data, path)) is not None:
+                data, soup = rewritten, read_binary_ply(rewritten, path)
         if soup is not None:
             return soup
     from depthwalk.ingest.trimesh_reader import read_by_trimesh
@@ -216,6 +222,8 @@ def _colours(mesh: ObjMesh) -> NDArray[np.uint8] | None:
     if mesh.colours is None:
         return None
     unit = np.nan_to_num(mesh.colours, nan=0.0, posinf=0.0, neginf=0.0)
+    if unit.max(initial=0.0) > _MOST_UNIT:
+        unit = unit / 255.0
     return (np.clip(unit, 0.0, 1.0) * 255.0).round().astype(np.uint8)
 
 
@@ -234,7 +242,7 @@ def _split_vertices(columns: list[Indices]) -> tuple[Indices, Indices]:
 
 
 def _triangles(mesh: ObjMesh) -> tuple[Indices, Indices]:
-    """Cut polygons into fans of triangles.
+    """Cut polygons into triangles: fans, but for concave ones.
 
     Groups are in reverse order. In a group with quadrangles only, their first halves come before their second ones.
     Depth images baked earlier depend on this order.
@@ -248,6 +256,10 @@ def _triangles(mesh: ObjMesh) -> tuple[Indices, Indices]:
     step = np.arange(len(polygon)) - np.repeat(np.cumsum(fans) - fans, fans)
     start = (np.cumsum(mesh.sizes) - mesh.sizes)[polygon]
     triangles = np.stack([start, start + step + 1, start + step + 2], axis=1)
+    if (mesh.sizes > 3).any():
+        from depthwalk.geometry.triangulation import cut_concave  # which files of triangles do not need
+
+        cut_concave(mesh.vertices[mesh.corners[:, 0] - 1], triangles, polygon, mesh.sizes)
     second_half = (mesh.sizes[polygon] == 4) & (step == 1)
     triangles[second_half] = np.roll(triangles[second_half], -1, axis=1)
     group = mesh.group[polygon]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.errors import InputError
+from depthwalk.geometry.triangulation import triangulated
 from depthwalk.ingest.interchange.model import Model, Placed
-from depthwalk.ingest.interchange.triangulation import triangulated
 from depthwalk.ingest.material_library import MaterialLibrary
 from depthwalk.ingest.materials import plain_material
 from depthwalk.ingest.mesh import Material

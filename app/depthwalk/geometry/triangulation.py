@@ -1,5 +1,7 @@
 """Cut polygons into triangles: fans, or by their ears where a fan would leave the polygon."""
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,6 +10,8 @@ from depthwalk.types import Ints
 # What cutting may take, in corners that are looked at, some 50 ns each, and what testing one corner costs beside them.
 # Polygons beyond it are cut into fans.
 _MOST_WORK, _WORK_PER_CORNER, _WORK_PER_TEST = 20_000_000, 1_000, 500
+_ROWS_AT_ONCE = 1 << 18  # triangles whose normals are compared at once, which bounds the memory
+_FLAT = 1e-6  # part of a polygon's area: a triangle that turns back by less does so since coordinates are rounded
 
 
 def triangulated(positions: NDArray[np.float64], sizes: Ints) -> tuple[Ints, Ints]:
@@ -31,8 +35,30 @@ def triangulated(positions: NDArray[np.float64], sizes: Ints) -> tuple[Ints, Int
     starts = np.cumsum(sizes) - sizes
     start = starts[polygon]
     triangles = np.stack([start, start + step + 1, start + step + 2], axis=1)
+    cut_concave(positions, triangles, polygon, sizes)
+    return triangles, polygon
+
+
+def cut_concave(positions: NDArray[np.float64], triangles: Ints, polygon: Ints, sizes: Ints) -> None:
+    """Replace the fans of concave polygons, which would leave the polygon, by triangles within it.
+
+    Parameters
+    ----------
+    positions
+        (C, 3) places of the corners of all polygons, one polygon after the other.
+    triangles
+        (F, 3) the corners of each triangle of the fans, rows of `positions`, those of a polygon one after the other;
+        changed in place.
+    polygon
+        (F,) the polygon of each triangle, ascending.
+    sizes
+        (P,) corners of each polygon.
+    """
     if not (sizes > 3).any():
-        return triangles, polygon
+        return
+    starts = np.cumsum(sizes) - sizes
+    fans = np.maximum(sizes - 2, 0)
+    first_triangle = np.cumsum(fans) - fans
     left = _MOST_WORK + _WORK_PER_CORNER * len(positions)
     for number in _concave(positions, triangles, polygon, sizes):
         if left < 0:
@@ -43,18 +69,25 @@ def triangulated(positions: NDArray[np.float64], sizes: Ints) -> tuple[Ints, Int
         if len(rows) == size - 2:
             at = first_triangle[number]
             triangles[at : at + size - 2] = rows + starts[number]
-    return triangles, polygon
 
 
 def _concave(positions: NDArray[np.float64], triangles: Ints, polygon: Ints, sizes: Ints) -> list[int]:
     """Return the numbers of the polygons in whose fans a triangle turns the other way than the whole."""
-    rows = np.flatnonzero(sizes[polygon] > 3)
-    first, second, third = positions[triangles[rows]].transpose(1, 0, 2)
-    with np.errstate(invalid="ignore", over="ignore"):
-        normals = np.cross(second - first, third - first)
-        whole = np.stack([np.bincount(polygon[rows], axis, minlength=len(sizes)) for axis in normals.T], axis=1)
-        turned = (normals * whole[polygon[rows]]).sum(axis=1) < 0
-    found: list[int] = np.unique(polygon[rows[turned]]).tolist()
+    found: list[int] = []
+    ends = np.cumsum(np.maximum(sizes - 2, 0))  # of the triangles of each polygon
+    cuts = np.searchsorted(ends, np.arange(_ROWS_AT_ONCE, len(triangles), _ROWS_AT_ONCE), side="right")
+    bounds = [0, *ends[cuts].tolist(), len(triangles)]
+    for start, end in pairwise(bounds):
+        rows = start + np.flatnonzero(sizes[polygon[start:end]] > 3)
+        if not len(rows):
+            continue
+        numbers = polygon[rows] - polygon[start]
+        first, second, third = positions[triangles[rows]].transpose(1, 0, 2)
+        with np.errstate(invalid="ignore", over="ignore"):
+            normals = np.cross(second - first, third - first)
+            whole = np.stack([np.bincount(numbers, axis) for axis in normals.T], axis=1)
+            turned = (normals * whole[numbers]).sum(axis=1) < -_FLAT * (whole**2).sum(axis=1)[numbers]
+        found += np.unique(polygon[rows[turned]]).tolist()
     return found
 
 
