@@ -31,6 +31,7 @@ def test_a_mesh_is_baked_once(mesh: Path, capfd: pytest.CaptureFixture[str]) -> 
     [
         ({"out": "ball.png"}, "ball.png: must end in .dpci.exr"),
         ({"height": -1.0}, "height -1: must be above 0"),
+        ({"height": "2"}, "height '2': must be above 0"),
         ({"up": "x"}, "up 'x': must be 'y' or 'z'"),
         ({"resolution": 3}, "resolution 3: must be at least 16"),
         ({"resolution": 100_000}, "resolution 100000: must be at most 4096"),

@@ -158,6 +158,8 @@ def test_pictures_are_saved(scene: Scene, tmp_path: Path) -> None:
     ("options", "message"),
     [
         ({"size": (0, 10)}, r"size \(0, 10\): must be a width and a height"),
+        ({"size": 80}, "size 80: must be a width and a height, whole numbers of at least 1 pixel"),
+        ({"size": (80.0, 60.0)}, r"size \(80\.0, 60\.0\): must be a width and a height"),
         ({"size": SIZE, "representation": "teapot"}, "representation 'teapot': must be one of mesh, dpci"),
     ],
 )
@@ -180,6 +182,19 @@ def test_cameras_that_see_nothing(scene: Scene, camera: dw.Camera, message: str)
         renderer.render(camera)
 
 
+@pytest.mark.parametrize("camera", [(0, 1, 5), "front", {"position": (0, 1, 5)}])
+def test_what_is_no_camera(scene: Scene, camera: Any) -> None:
+    wrong = pytest.raises(TypeError, match="camera: must be a Camera, not ")
+    with dw.Renderer(scene, (8, 6), representation="mesh") as renderer, wrong:
+        renderer.render(camera)
+
+
+@pytest.mark.parametrize("wrong", [dw.Pass, "light", None])
+def test_what_is_no_pass(scene: Scene, wrong: Any) -> None:
+    with pytest.raises(TypeError, match="passes: must hold objects of classes of Pass, not "):
+        dw.Renderer(scene, (8, 6), passes=[*dw.default_passes(), wrong])
+
+
 def test_what_is_no_scene_and_what_is_closed(scene: Scene, scene_file: Path) -> None:
     given: Any = scene_file
     for take in (lambda: dw.Renderer(given, (8, 6)), lambda: dw.view(given)):
@@ -189,6 +204,8 @@ def test_what_is_no_scene_and_what_is_closed(scene: Scene, scene_file: Path) -> 
         pass
     with pytest.raises(ValueError, match="renderer is closed"):
         renderer.render()
+    with pytest.raises(ValueError, match="renderer is closed"):
+        renderer.frame_all()
 
 
 def test_nothing_is_printed(

@@ -75,6 +75,8 @@ def test_only_what_hangs_on_the_node_moves(scene: Scene) -> None:
         (3, {}, "no node 3: the scene has 3"),
         (-1, {}, "no node -1: the scene has 3"),
         ("ball", {"position": (0, 1)}, "node 'ball': position (0, 1) must be three numbers"),
+        ("ball", {"position": 1}, "node 'ball': position 1 must be three numbers"),
+        ("ball", {"scale": (1, 2, 1)}, "node 'ball': scale (1, 2, 1) must be a number"),
         ("ball", {"scale": 0.0}, "node 'ball': a node's transform must be finite, its scale positive"),
         ("ball", {"pitch": math.nan}, "node 'ball': a node's transform must be finite, its scale positive"),
         ("ball", {"position": (0, math.inf, 0)}, "node 'ball': a node's transform must be finite, its scale positive"),

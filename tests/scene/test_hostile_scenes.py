@@ -236,6 +236,14 @@ def test_a_binary_file(tmp_path: Path) -> None:
     assert str(caught.value) == f"{path}:1:1: {told}"
 
 
+def test_text_that_windows_programs_write(tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_bytes("version: 1\nassets: {}\n".encode("utf-16"))
+    with pytest.raises(InputError) as caught:
+        load_scene(path)
+    assert str(caught.value) == f"{path}:1:1: UTF-16 text; save it as UTF-8"
+
+
 def test_no_such_file() -> None:
     with pytest.raises(InputError) as caught:
         load_scene("nowhere.yaml")

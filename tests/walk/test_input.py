@@ -82,6 +82,23 @@ def test_keys_with_ctrl_have_actions_of_their_own(window: Any) -> None:
     window.state.held.press.assert_called_once_with(Move.BACK)  # S alone
 
 
+@pytest.mark.parametrize("name", ["CTRL", "SHIFT"])
+def test_modifiers_hold_from_their_press_to_their_release(window: Any, name: str) -> None:
+    """Whatever X11 says, which tells the modifiers from before the event: after Ctrl+S each click was a Ctrl+click."""
+    held = SimpleNamespace(ctrl=name == "CTRL", shift=name == "SHIFT", alt=False)
+    io = imgui.get_io()
+    for key, action, modifiers, holds in (
+        (f"LEFT_{name}", KEYS.ACTION_PRESS, PLAIN, True),
+        ("S", KEYS.ACTION_PRESS, held, True),
+        ("S", KEYS.ACTION_RELEASE, held, True),
+        (f"LEFT_{name}", "repeated", held, True),
+        (f"LEFT_{name}", KEYS.ACTION_RELEASE, held, False),
+    ):
+        window.key_event_func(key, action, modifiers)
+        window.frame()
+        assert (io.key_ctrl if name == "CTRL" else io.key_shift) == holds
+
+
 @pytest.mark.parametrize(("arrow", "move"), [("UP", "FORWARD"), ("DOWN", "BACK"), ("LEFT", "LEFT"), ("RIGHT", "RIGHT")])
 def test_the_arrow_keys_move_too(window: Any, arrow: str, move: str) -> None:
     window.key_event_func(arrow, KEYS.ACTION_PRESS, PLAIN)

@@ -4,12 +4,14 @@ import logging
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
 from pydantic import ValidationError
 
+from depthwalk.api.renderer import checked_size
 from depthwalk.api.scene import PathLike
 from depthwalk.assets.asset_files import read_body
 from depthwalk.assets.bake_job import Baked, Job, Kept
@@ -205,6 +207,7 @@ def compare(
     around = {6: VERIFY, 42: SPHERE}
     if views not in around:
         raise InputError(f"views {views}: must be 6 or 42")
+    size = checked_size(size)
     body = read_body(_spec(mesh, texture, up, height))
     quality = measure(body, read_baked(Path(baked)), RenderSettings(), size, around[views])
     if not quality.views:
@@ -220,8 +223,8 @@ def compare(
 
 def _spec(mesh: PathLike, texture: PathLike | None, up: Up, height: float | None) -> MeshAsset:
     """Return the asset that a scene file with these values would define, so that both get the same cache key."""
-    if height is not None and not 0 < height <= MAX_COORDINATE:
-        raise InputError(f"height {height:g}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
+    if height is not None and not (isinstance(height, Real) and 0 < height <= MAX_COORDINATE):
+        raise InputError(f"height {shown(height)}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
     if up not in get_args(Up):
         raise InputError(f"up {up!r}: must be 'y' or 'z'")
     file = Path(mesh)

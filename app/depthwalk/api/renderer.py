@@ -2,6 +2,7 @@
 
 import logging
 import math
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -140,14 +141,12 @@ class Renderer:
     ) -> None:
         """Read the scene's assets, and create the context and the programs that draw them."""
         check_scene(scene)
-        if len(size) != 2 or min(size) < 1:
-            raise InputError(f"size {size}: must be a width and a height of at least 1 pixel")
-        self.size = size
+        self.size = size = checked_size(size)
         self._scene = scene
         self._ids = ObjectIdPass()
         wanted = None if representation is None else _representation(representation)
         library = SceneLibrary(scene.loaded.assets, progress or _log_progress)
-        all_passes = [*(default_passes() if passes is None else passes), self._ids]
+        all_passes = [*(default_passes() if passes is None else _checked_passes(passes)), self._ids]
         self._headless = HeadlessRenderer(scene.loaded, library, size, wanted, all_passes)
         self._headless.renderer.remembers = reuse
         self._closed = False
@@ -190,11 +189,12 @@ class Renderer:
         ------
         InputError
             For a camera that sees nothing: its target is its position, or its field of view is out of range.
+        TypeError
+            If `camera` is not a `Camera`.
         ValueError
             If the renderer is closed.
         """
-        if self._closed:
-            raise ValueError("the renderer is closed; render within its `with` block")
+        self._check_open()
         if camera is not None:
             _check_camera(camera)
         self._follow()
@@ -220,11 +220,19 @@ class Renderer:
         ------
         InputError
             For a direction that is none.
+        ValueError
+            If the renderer is closed.
         """
+        self._check_open()
         if direction is not None and not (len(direction) == 3 and 0 < math.hypot(*direction) < math.inf):
             raise InputError(f"direction {direction}: must be three numbers, not all of them 0")
         self._follow()
         return self._headless.frame_all(along=direction)
+
+    def _check_open(self) -> None:
+        """Raise ValueError if the renderer is closed."""
+        if self._closed:
+            raise ValueError("the renderer is closed; render within its `with` block")
 
     def _follow(self) -> None:
         """Heed what has been moved since the last picture."""
@@ -259,8 +267,29 @@ class Renderer:
         )
 
 
+def checked_size(size: Sequence[int]) -> tuple[int, int]:
+    """Return the width and height of pictures, pixels. Raises InputError for anything else than two whole numbers."""
+    try:
+        width, height = map(operator.index, size)
+    except (TypeError, ValueError):
+        width = height = 0
+    if min(width, height) < 1:
+        raise InputError(f"size {size}: must be a width and a height, whole numbers of at least 1 pixel")
+    return width, height
+
+
+def _checked_passes(passes: Sequence[Pass[Any]]) -> Sequence[Pass[Any]]:
+    """Return the passes of a frame. Raises TypeError if one is not a pass, but for example its class."""
+    for each in passes:
+        if not isinstance(each, Pass):
+            raise TypeError(f"passes: must hold objects of classes of Pass, not {each!r}")
+    return passes
+
+
 def _check_camera(camera: Camera) -> None:
-    """Raise InputError if `camera` cannot show a picture."""
+    """Raise TypeError if `camera` is no `Camera`, and InputError if it cannot show a picture."""
+    if not isinstance(camera, Camera):
+        raise TypeError(f"camera: must be a Camera, not {camera!r}")
     if not MIN_FOV <= math.degrees(camera.fov) <= MAX_FOV:
         bounds = f"{math.radians(MIN_FOV):.3g} to {math.radians(MAX_FOV):.3g} radians"
         raise InputError(f"camera: fov {camera.fov:g} must be {bounds}, that is {MIN_FOV:g} to {MAX_FOV:g} degrees")

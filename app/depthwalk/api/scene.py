@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from weakref import WeakMethod
 
+import numpy as np
+
 from depthwalk.errors import InputError, suggest
 from depthwalk.scene import loader
 from depthwalk.scene.arrays import Camera
@@ -179,11 +181,14 @@ class Scene:
         """
         number, nodes = self._number(node), self._loaded.nodes
         place = self.position_of(number) if position is None else position
-        if len(place) != 3:
+        if np.shape(place) != (3,):
             raise InputError(f"node {node!r}: position {place} must be three numbers")
         kept = nodes.angles[number].tolist()
         turn, tip, lean = (old if new is None else new for old, new in zip(kept, (yaw, pitch, roll), strict=True))
         factor = float(nodes.local.scale[number]) if scale is None else scale
+        for name, value in (("yaw", turn), ("pitch", tip), ("roll", lean), ("scale", factor)):
+            if np.shape(value) or isinstance(value, str):
+                raise InputError(f"node {node!r}: {name} {value!r} must be a number")
         try:
             changed = set_node_transform(self._loaded, number, place, (turn, tip, lean), factor)
         except ValueError as error:

@@ -4,6 +4,7 @@
 few of YAML's types, and because it limits what aliases may take.
 """
 
+import codecs
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -173,6 +174,8 @@ def decoded(data: bytes, path: Path) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) and len(data) % 2 == 0:
+            raise located(str(path), 0, 0, "UTF-16 text; save it as UTF-8") from None
         if b"\0" in data:  # depth images, say
             meshes = ", ".join(MESH_SUFFIXES)
             message = f"binary, not UTF-8 text; scenes and camera paths are YAML, meshes end in {meshes}"

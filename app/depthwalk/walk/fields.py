@@ -64,7 +64,10 @@ class Control:
         unit = f" {self.unit}" if self.unit else ""
         bounded = self.low is not None and self.high is not None
         span = f"\n{self.low:g} to {self.high:g}{unit}" if bounded else ""
-        return f"{self.help}.{span}\nRight click resets it"
+        reset = "Right click resets it"
+        if self.kind in ("number", "integer", "vector", "colour"):
+            reset = "Ctrl+click types a value, right click resets it"
+        return f"{self.help}.{span}\n{reset}"
 
 
 @cache

@@ -9,7 +9,7 @@ from depthwalk.walk.native_imgui import imgui
 from depthwalk.walk.panel import Area
 from depthwalk.walk.state import State
 from depthwalk.walk.viewer import Mode
-from depthwalk.walk.window import Window
+from depthwalk.walk.window import RIGHT_CTRL, Window
 
 _MOVES = {"D": Move.RIGHT, "A": Move.LEFT, "E": Move.UP, "Q": Move.DOWN, "W": Move.FORWARD, "S": Move.BACK} | {
     "RIGHT": Move.RIGHT,
@@ -78,6 +78,7 @@ class Input:
         self._moves = {getattr(keys, name): move for name, move in _MOVES.items()}
         self._imgui_keys = {getattr(keys, name): key for name, key in _IMGUI_KEYS.items()}
         self._shifts = {keys.LEFT_SHIFT, keys.RIGHT_SHIFT}
+        self._ctrls = {keys.LEFT_CTRL, RIGHT_CTRL}
         self._areas: list[Area] = []
         self._busy = False
         self._dismisses = False  # whether open lists and values being changed should be let go
@@ -158,9 +159,11 @@ class Input:
         self._had_event = True
         self._edits |= self._io.want_capture_keyboard  # otherwise a held key, which repeats, would end every slice
         pressed = action == self._window.keys.ACTION_PRESS
-        repeated = not pressed and action != self._window.keys.ACTION_RELEASE
-        self._io.add_key_event(imgui.Key.mod_ctrl, modifiers.ctrl)
-        self._io.add_key_event(imgui.Key.mod_shift, modifiers.shift)
+        released = action == self._window.keys.ACTION_RELEASE
+        repeated = not pressed and not released
+        # On X11 the modifiers are those before the event: without the Ctrl that it presses, with the one it releases.
+        self._io.add_key_event(imgui.Key.mod_ctrl, not released if key in self._ctrls else modifiers.ctrl)
+        self._io.add_key_event(imgui.Key.mod_shift, not released if key in self._shifts else modifiers.shift)
         if key in self._imgui_keys and not repeated:
             self._io.add_key_event(self._imgui_keys[key], pressed)
         if key in self._shifts:

@@ -65,7 +65,7 @@ def draw_panel(state: State, left: float) -> Area:
         draw_group(settings, PictureParams)
     for name, group in sorted(settings, key=lambda item: item[0] not in _OPEN):
         opens = imgui.TreeNodeFlags_.default_open if name in _OPEN else imgui.TreeNodeFlags_.none
-        if isinstance(group, Params) and imgui.collapsing_header(name, opens):
+        if isinstance(group, Params) and imgui.collapsing_header(name.replace("_", " "), opens):
             imgui.push_id(name)
             refusal = draw_group(group)
             imgui.pop_id()

@@ -18,6 +18,7 @@ from depthwalk.gpu.shader_cache import guard_shader_cache
 from depthwalk.scene.scene import Scene
 
 Window = glfw_window.Window
+RIGHT_CTRL: int = glfw.KEY_RIGHT_CONTROL  # which moderngl-window does not name
 
 _LEAST_ROOM = 200  # coordinates of the desktop: no screen has less room for windows
 
