@@ -16,9 +16,11 @@ from trimesh.visual.texture import TextureVisuals
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height, check_mesh, load_mesh
+from depthwalk.ingest.materials import plain_material
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.mesh_head import read_head
 from depthwalk.ingest.ply import with_usual_colours
+from depthwalk.ingest.reader import read_soup
 from depthwalk.types import Array
 from files import written
 
@@ -158,6 +160,27 @@ def test_gltf_in_several_files(tmp_path: Path) -> None:
     mesh = load_mesh(tmp_path / "model.gltf", height=3.0)
     assert len(mesh.faces) == 12
     np.testing.assert_allclose(mesh.bounds, [[-1.5, 0, -1.5], [1.5, 3, 1.5]])
+
+
+@pytest.mark.parametrize(
+    ("header", "attributes", "expected"),
+    [
+        (b"", [0, 0], None),
+        (b"made by COLO", [31, 5], None),
+        (b"", [1 << 15 | 31 << 10 | 16, 31], [[255, 0, 132], [255, 255, 255]]),  # VisCAM and SolidView
+        (b"COLOR=\x10\x20\x30\xff,", [31 | 16 << 10, 1 << 15], [[255, 0, 132], [16, 32, 48]]),  # Magics
+        (b"COLOR=\x10\x20\x30\xff", [0, 0], [[16, 32, 48], [16, 32, 48]]),
+    ],
+)
+def test_colours_of_binary_stl(
+    tmp_path: Path, header: bytes, attributes: list[int], expected: list[list[int]] | None
+) -> None:
+    triangle = np.array([[0, 0, 1], [0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4").tobytes()
+    body = b"".join(triangle + value.to_bytes(2, "little") for value in attributes)
+    (file := tmp_path / "c.stl").write_bytes(header.ljust(80, b"\0") + len(attributes).to_bytes(4, "little") + body)
+    soup = read_soup(file)
+    assert soup.colours[::3].tolist() == ([[255] * 3] * 2 if expected is None else expected)
+    assert soup.materials == (plain_material(expected is not None),)
 
 
 def test_ply_vertex_colours(tmp_path: Path) -> None:

@@ -24,6 +24,7 @@ from depthwalk.ingest.soup import (
 )
 
 _STL_HEADER = 84  # bytes: any 80, and the number of triangles
+_STL_COLOUR = b"COLOR="  # in the header, followed by red, green, blue and alpha
 _STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 _LONGEST_HEADER = 1 << 14  # bytes, of PLY files that are read here
@@ -43,7 +44,9 @@ class _PlyLayout(NamedTuple):
 
 
 def read_binary_stl(data: bytes, path: Path) -> Soup | None:
-    """Read the triangles of a binary STL file, each with three vertices of its own; their normals are left out.
+    """Read the triangles of a binary STL file, each with three vertices of its own, and their colours.
+
+    Their normals are left out.
 
     Parameters
     ----------
@@ -67,8 +70,32 @@ def read_binary_stl(data: bytes, path: Path) -> Soup | None:
         return None
     check_triangle_count(count, path)
     check_mesh_memory(3 * count, count, path)
-    corners = np.frombuffer(data, _STL_TRIANGLE, count, _STL_HEADER)["corners"]
-    return _soup(corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3), path)
+    triangles = np.frombuffer(data, _STL_TRIANGLE, count, _STL_HEADER)
+    colours = _stl_colours(data[: _STL_HEADER - 4], triangles["attribute"])
+    return _soup(
+        triangles["corners"].reshape(-1, 3),
+        np.arange(3 * count).reshape(-1, 3),
+        path,
+        colours=None if colours is None else np.repeat(colours, 3, axis=0),
+    )
+
+
+def _stl_colours(header: bytes, attributes: NDArray[np.uint16]) -> NDArray[np.uint8] | None:
+    """Return the colours (F, 3), sRGB, of the triangles of a binary STL file; None if it has none.
+
+    The format has none, but programs write five bits for each channel into the `attributes` (F,). Magics gives the
+    colour of the whole in the `header`; triangles without the highest bit have their own, red in the lowest bits.
+    VisCAM and SolidView mark the triangles that have their own by the highest bit, and write blue in the lowest.
+    """
+    marked, start = attributes >> 15 == 1, header.find(_STL_COLOUR)
+    whole = header[start + len(_STL_COLOUR) :][:3] if start >= 0 else b""
+    is_magics = len(whole) == 3
+    if not is_magics and not marked.any():
+        return None
+    own = ~marked if is_magics and attributes.any() else marked & (not is_magics)
+    channels = np.stack([attributes >> shift & 31 for shift in ((0, 5, 10) if is_magics else (10, 5, 0))], axis=1)
+    shades = np.round(channels * (255 / 31)).astype(np.uint8)
+    return np.where(own[:, None], shades, np.frombuffer(whole, np.uint8) if is_magics else np.uint8(255))
 
 
 def read_binary_ply(data: bytes, path: Path) -> Soup | None:
