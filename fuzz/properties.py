@@ -17,6 +17,7 @@ from depthwalk.cook.virtual_texture import VirtualTexture
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.ingest.loader import LARGEST
 from depthwalk.ingest.mesh import Material, Mesh
+from depthwalk.ingest.ply_polygons import with_triangles
 from depthwalk.ingest.range_image import RangeImage
 from depthwalk.ingest.reader import read_geometry
 from depthwalk.ingest.soup import Soup, finite_faces
@@ -30,12 +31,17 @@ _COLUMNS = "positions", "normals", "colours", "uv", "faces", "material"
 
 
 def check_as_trimesh(path: Path) -> None:
-    """Check that a mesh file which trimesh reads, too, is read as by trimesh, to the last bit."""
+    """Check that a mesh file which trimesh reads, too, is read as by trimesh, to the last bit.
+
+    Of a PLY file that is rewritten as one of triangles, trimesh reads these: it cuts polygons otherwise.
+    """
     sources = Sources()
-    soup = read_geometry(path, sources)
+    soup, data = read_geometry(path, sources), sources.read(path)
+    if path.suffix == ".ply":
+        data = with_triangles(data, path) or data
     try:
         with np.errstate(invalid="ignore"):
-            other = read_by_trimesh(sources.read(path), path, sources)
+            other = read_by_trimesh(data, path, sources)
         other = finite_faces(other, path) if isinstance(other, Soup) else other
     except Exception:  # it raises nearly anything for damaged files
         return

@@ -284,6 +284,7 @@ def test_wrong_usage_exits_with_2(run: Callable[..., Any], arguments: Sequence[s
     [
         (["bench", "s.yaml", "--frames", "0"], "--frames 0: must be at least 1"),
         (["bench", "s.yaml", "--tolerance", "1001"], "--tolerance 1001: must be at most 1000"),
+        *(([command, folder], f"{folder}: is a folder") for command in ("bake", "convert") for folder in (".", "..")),
         (["bake", "m.obj", "--dpci-resolution", "8"], "--dpci-resolution 8: must be at least 16"),
         (["bake", "m.obj", "--dpci-resolution", "1.5"], "--dpci-resolution 1.5: must be a whole number"),
         (["bench", "s.yaml", "--tolerance", "x\n"], "--tolerance x\\n: must be a number"),

@@ -9,6 +9,7 @@ import pytest
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
+from depthwalk.ingest.ply_polygons import with_triangles
 from depthwalk.ingest.reader import read_soup
 
 CUBE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1), (0.5, 1.5, 0.5)]
@@ -111,3 +112,15 @@ def test_damage_is_told(tmp_path: Path, form: str) -> None:
         file.write_bytes(data)
         with pytest.raises(InputError, match=r"house\.ply: "):
             read_soup(file)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [(b"property float y", b"property float x"), (b"property float z", b"p float z"), (b"10", b"-1")],
+)
+def test_headers_that_cannot_be_understood_are_left_to_trimesh(tmp_path: Path, right: bytes, wrong: bytes) -> None:
+    """The fuzzer found the first two, which were read otherwise than by trimesh."""
+    data = house("ascii").replace(b"vertex 9", b"vertex 10").replace(b"0.5 1.5 0.5\n", b"0.5 1.5 0.5\n0 0 0\n")
+    assert (
+        with_triangles(data, tmp_path) is not None and with_triangles(data.replace(right, wrong, 1), tmp_path) is None
+    )

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from depthwalk.geometry.triangulation import triangulated
 from depthwalk.ingest.ply import INDICES, ORDERS, TYPES
-from depthwalk.ingest.soup import check_triangle_count
+from depthwalk.ingest.soup import check_mesh_memory, check_triangle_count
 from depthwalk.types import Ints
 
 _END = re.compile(rb"^end_header[ \t]*\r?\n", re.MULTILINE)
 _NAMES = {kind: name for name, kind in reversed(TYPES.items())}  # the shorter name of each type
 _TEXTURE_COORDINATES = b"texcoord"
-_AT_ONCE = 1 << 20  # numbers that are gathered at once, which bounds the memory
+_AT_ONCE, _LINES_AT_ONCE = 1 << 20, 1 << 16  # numbers and lines that are read at once, which bounds the memory
 
 
 class _Property(NamedTuple):
@@ -85,12 +85,14 @@ def with_triangles(data: bytes, path: Path) -> bytes | None:
     Raises
     ------
     InputError
-        If it has more triangles than are allowed.
+        If it has more triangles than are allowed, or they would take more memory than is allowed.
     """
     try:
         order, elements, comments, start = _header(data)
         names = [element.name for element in elements]
         vertex, face = elements[names.index(b"vertex")], elements[names.index(b"face")]
+        if not face.count:
+            return None
         indices = next(part.name for part in face.properties if part.length and part.name in INDICES)
         last = max(map(names.index, (b"vertex", b"face")))
         columns = dict(zip(names[: last + 1], _read(order, elements[: last + 1], data, start), strict=True))
@@ -115,16 +117,22 @@ def _header(data: bytes) -> tuple[str, list[_Element], list[bytes], int]:
     said = [words for words in map(bytes.split, lines[1:]) if words and words[0] not in (b"comment", b"obj_info")]
     if said[0][0] != b"format":
         raise ValueError("no format")
-    elements: list[_Element] = []
     found: list[tuple[bytes, int, list[_Property]]] = []
     for words in said[1:]:
         if words[0] == b"element":
+            if not words[2].isdigit():
+                raise ValueError("a number of records is none")
             found.append((words[1], int(words[2]), []))
+        elif words[0] != b"property":
+            raise ValueError("neither an element nor a property")
         elif words[1] == b"list":
             found[-1][2].append(_Property(words[4], TYPES[words[3]], TYPES[words[2]]))
         else:
             found[-1][2].append(_Property(words[2], TYPES[words[1]], None))
     elements = [_Element(name=name, count=count, properties=tuple(parts)) for name, count, parts in found]
+    for names in [name for name, _, _ in found], *([part.name for part in parts] for _, _, parts in found):
+        if len(set(names)) < len(names):
+            raise ValueError("two have one name")
     return "" if said[0][1] == b"ascii" else ORDERS[said[0][1]], elements, comments, end.end()
 
 
@@ -217,8 +225,9 @@ def _text(element: _Element, lines: Sequence[bytes]) -> _Columns:
     """Return the values of an element, a line for each record."""
     if len(lines) < element.count:
         raise ValueError("the file ends early")
-    values = np.array(b" ".join(lines).split()).astype(np.float64)
-    rows = _equal_rows(element, values)
+    parts = [lines[at : at + _LINES_AT_ONCE] for at in range(0, len(lines), _LINES_AT_ONCE)]
+    values = [np.array(b" ".join(part).split()).astype(np.float64) for part in parts]
+    rows = _equal_rows(element, np.concatenate(values or [np.zeros(0)]))
     return _by_line(element, lines) if rows is None else rows
 
 
@@ -281,7 +290,9 @@ def _rewritten(
     Raises LookupError if a vertex is missing, or vertices have no places.
     """
     sizes, corners = polygons
-    check_triangle_count(int(np.maximum(sizes - 2, 0).sum()), path)
+    count = int(np.maximum(sizes - 2, 0).sum())
+    check_triangle_count(count, path)
+    check_mesh_memory(len(vertex.numbers[b"x"]), count, path)
     positions = np.column_stack([vertex.numbers[name].astype(np.float64) for name in (b"x", b"y", b"z")])
     if len(corners) and not 0 <= corners.min() <= corners.max() < len(positions):
         raise LookupError("a face refers to a vertex that does not exist")
