@@ -19,6 +19,7 @@ from depthwalk.errors import InputError
 
 _READERS = (
     "costs",
+    "depthwalk.ingest.ply_polygons",
     "depthwalk.ingest.trimesh_reader",
     "depthwalk.ingest.material_library",
     "depthwalk.ingest.range_image",
