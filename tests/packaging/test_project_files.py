@@ -76,9 +76,9 @@ def test_every_dependency_is_pinned_within_its_bounds(project: dict[str, Any]) -
 def test_every_imported_library_is_declared(project: dict[str, Any]) -> None:
     needed, extras = project["project"]["dependencies"], project["project"]["optional-dependencies"]
     # Folders and modules that do without theirs.
-    optional = {"kernels": extras["fast"], **{name: extras[name] for name in ("cluster", "las")}}
+    optional = {"kernels": extras["fast"], **{name: extras[name] for name in ("cluster", "las", "usd")}}
     optional |= dict.fromkeys(("draco", "gltf_meshopt", "ktx2_worker"), extras["gltf"])
-    providers = {**metadata.packages_distributions(), "pydantic_core": ["pydantic"]}
+    providers = {**metadata.packages_distributions(), "pydantic_core": ["pydantic"], "pxr": ["usd-core"]}
     for file in (ROOT / "app").rglob("*.py"):
         wanted = needed + optional.get(file.parent.name, []) + optional.get(file.stem, [])
         declared = {canonicalize_name(Requirement(each).name) for each in wanted}

@@ -367,13 +367,13 @@ def _triangle_rows(mesh: "Mesh", path: Path) -> Iterator[Row]:
 
 def _unread(data: bytes, path: Path) -> Sequence[str]:
     """Return what a mesh file of these bytes that can be read holds beside its mesh, a text for each kind."""
-    from depthwalk.ingest.formats import GLTF_SUFFIXES, INTERCHANGE_SUFFIXES
+    from depthwalk.ingest.formats import GLTF_SUFFIXES, INTERCHANGE_SUFFIXES, USD_SUFFIXES
 
     if path.suffix.lower() in GLTF_SUFFIXES:
         from depthwalk.ingest.gltf import read_header
         from depthwalk.ingest.gltf_unread import unread
 
-        return unread(read_header(data, path))
+        return unread(read_header(data, path), is_translated=path.suffix.lower() in USD_SUFFIXES)
     if path.suffix.lower() in INTERCHANGE_SUFFIXES:
         from depthwalk.ingest.interchange.reader import parse
 

@@ -4,7 +4,8 @@ from pathlib import Path
 
 from depthwalk.errors import InputError
 
-GLTF_SUFFIXES = (".glb", ".gltf")
+USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+GLTF_SUFFIXES = (".glb", ".gltf", *USD_SUFFIXES)  # USD is translated when it is read, see `sources`
 LAS_SUFFIXES = (".las", ".laz")
 INTERCHANGE_SUFFIXES = (".fbx", ".dae", ".3ds", ".3mf")
 UPRIGHT_SUFFIXES = (*GLTF_SUFFIXES, *LAS_SUFFIXES, *INTERCHANGE_SUFFIXES)  # whose axes are known
@@ -21,10 +22,6 @@ OTHER_MESH_SUFFIXES = (
     ".max",
     ".step",
     ".stp",
-    ".usd",
-    ".usda",
-    ".usdc",
-    ".usdz",
     ".vrm",
     ".wrl",
     ".x",

@@ -13,6 +13,7 @@ import numpy as np
 
 from depthwalk.errors import InputError
 from depthwalk.extras import install_command
+from depthwalk.ingest.formats import USD_SUFFIXES
 from depthwalk.ingest.mesh import OPAQUE
 from depthwalk.limits import MAX_MESH_TRIANGLES
 
@@ -31,6 +32,7 @@ _STRENGTH, _TRANSMISSION = "KHR_materials_emissive_strength", "KHR_materials_tra
 _MIRRORED = 0.08  # part of the light that a pane of glass with refractive index 1.5 reflects: 4 % on either face
 POINTS = 0  # mode of primitives of separate points; lines, loops and strips of lines are 1 to 3
 TRIANGLES = 4  # mode of primitives of separate triangles; strips and fans make one triangle per further corner
+_CONVERT = "; `depthwalk convert` makes a scene of the file"
 _FIRST = " but 1.0; gltf-pipeline, for example, converts it"
 
 
@@ -41,7 +43,7 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
     """
     if not data:
         raise InputError(f"{path}: empty file")
-    if path.suffix.lower() == ".glb":
+    if is_binary(path):
         if len(data) < 20 or data[:4] != b"glTF":
             raise InputError(f"{path}: not a GLB file")
         version, total, length, kind = struct.unpack_from("<II I4s", data, 4)
@@ -59,6 +61,11 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
     if isinstance(header.get("accessors"), dict):  # since version 2, a list
         raise InputError(f"{path}: not a glTF file of version 2{_FIRST}")
     return header
+
+
+def is_binary(path: Path) -> bool:
+    """Return whether the file `path` is a GLB file, or one that `Sources.read` translates to one."""
+    return path.suffix.lower() in (".glb", *USD_SUFFIXES)
 
 
 def remedy() -> str:
@@ -237,7 +244,7 @@ def _value(terms: dict[str, Any], name: str, default: float, most: float, where:
 def with_header(data: bytes, header: dict[str, Any], path: Path) -> bytes:
     """Return the contents `data` of the glTF or GLB file `path` with another JSON header."""
     text = json.dumps(header).encode()
-    if path.suffix.lower() != ".glb":
+    if not is_binary(path):
         return text
     text += b" " * (-len(text) % 4)
     rest = data[20 + struct.unpack_from("<I", data, 12)[0] :]
@@ -294,6 +301,8 @@ def check_header(header: dict[str, Any], path: Path, *, known: str | None = None
         `path: defect`, for the first defect.
     """
     for name in header.get("extensionsRequired", []):
+        if name == INSTANCING != known and path.suffix.lower() in USD_SUFFIXES:
+            raise InputError(f"{path}: its copies are too many for one mesh{_CONVERT}")
         if not name.startswith(_KNOWN) and name != known:
             raise InputError(f"{path}: the required glTF extension {name} is not supported{_remedy(name)}")
     decoded = {number for _, primitive in compressed_primitives(header) for number in accessor_numbers(primitive)}
@@ -307,5 +316,5 @@ def check_header(header: dict[str, Any], path: Path, *, known: str | None = None
 def _remedy(extension: str) -> str:
     """Return how to do without an extension that is not supported, as the end of a message; "" if nothing is known."""
     if extension == INSTANCING:
-        return "; `depthwalk convert` makes a scene of the file"
+        return _CONVERT
     return "; export its textures as PNG, JPEG or WebP" if extension.startswith(_TEXTURES) else ""

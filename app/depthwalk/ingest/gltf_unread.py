@@ -11,13 +11,15 @@ _APART = "with other texture coordinates than the colours"
 _REPEAT = 10497  # the way of wrapping a texture that all textures are drawn with
 
 
-def unread(header: dict[str, Any]) -> list[str]:
+def unread(header: dict[str, Any], *, is_translated: bool = False) -> list[str]:
     """Return what a glTF file holds and its pictures do not show, such as "2 animations".
 
     Parameters
     ----------
     header
         The JSON header of a file whose mesh can be read; other parts of it may be malformed, and count as none.
+    is_translated
+        Whether it was made of a USD file, and says itself what of that it lacks.
 
     Returns
     -------
@@ -47,4 +49,6 @@ def unread(header: dict[str, Any]) -> list[str]:
             any(sampler.get(axis, _REPEAT) != _REPEAT for axis in ("wrapS", "wrapT")) for sampler in samplers
         ),
     }
-    return undrawn_beside(header) + [f"{count} {names[count > 1]}" for names, count in counts.items() if count]
+    said = object_under(header, "extras").get("unread") if is_translated else None  # by `ingest.usd`
+    listed = [text for text in said if isinstance(text, str)] if isinstance(said, list) else []
+    return listed + undrawn_beside(header) + [f"{count} {names[count > 1]}" for names, count in counts.items() if count]

@@ -9,14 +9,14 @@ import numpy as np
 
 from depthwalk.errors import InputError, reason
 from depthwalk.ingest import gltf
-from depthwalk.ingest.formats import INTERCHANGE_SUFFIXES
+from depthwalk.ingest.formats import GLTF_SUFFIXES, INTERCHANGE_SUFFIXES
 from depthwalk.ingest.gltf_geometry import is_other_geometry
 from depthwalk.ingest.gltf_normal_maps import normal_map_counts
 from depthwalk.ingest.mtl import MtlMaterial, material_libraries, read_materials
 from depthwalk.ingest.ply import holds_splats, with_usual_colours
 from depthwalk.ingest.sources import Sources, arguments, find_all, text, texture_name
 
-_WITH_MATERIALS = (".obj", ".gltf", ".glb", *INTERCHANGE_SUFFIXES)
+_WITH_MATERIALS = (".obj", *GLTF_SUFFIXES, *INTERCHANGE_SUFFIXES)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,7 +103,7 @@ def read_head(path: Path, texture: Path | None = None, sources: Sources | None =
     match path.suffix.lower():
         case ".obj":
             head = _obj_head(data, path, sources)
-        case ".gltf" | ".glb":
+        case suffix if suffix in GLTF_SUFFIXES:
             head = _gltf_head(data, path, sources)
         case ".ply":
             head = _ply_head(data, path, sources)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError, reason
 from depthwalk.geometry.distinct import distinct_numbers
-from depthwalk.ingest.formats import GLTF_SUFFIXES, INTERCHANGE_SUFFIXES, LAS_SUFFIXES, check_suffix
+from depthwalk.ingest.formats import GLTF_SUFFIXES, INTERCHANGE_SUFFIXES, LAS_SUFFIXES, USD_SUFFIXES, check_suffix
 from depthwalk.ingest.materials import plain_material
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.mtl import material_libraries
@@ -81,7 +81,8 @@ def read_geometry(path: Path, sources: Sources | None = None) -> Soup | PointClo
     if not data:
         raise InputError(f"{path}: empty file")
     suffix, named = _suffix_of(data), path.suffix.lower()
-    if suffix and suffix != named and not {suffix, named} <= set(LAS_SUFFIXES):  # laspy reads either by both names
+    is_either = {suffix, named} <= set(LAS_SUFFIXES)  # laspy reads either by both names
+    if suffix and suffix != named and not is_either and named not in USD_SUFFIXES:  # which are GLB files by now
         raise InputError(f"{path}: holds {suffix[1:].upper()} data; rename it to {path.stem}{suffix}")
     if path.suffix.lower() == ".ply" and b"ply" not in data[:80].split(b"\n", 1)[0].lower():  # as trimesh tells them
         raise InputError(f"{path}: not a PLY file")

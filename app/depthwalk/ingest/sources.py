@@ -12,6 +12,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from depthwalk.errors import InputError, missing_file, quoted
+from depthwalk.ingest.formats import USD_SUFFIXES
 from depthwalk.limits import MAX_LOOKUPS, MAX_MESH_BYTES
 
 log = logging.getLogger(__name__)
@@ -34,10 +35,12 @@ class Sources:
     def read(self, path: Path) -> bytes:
         """Return the contents of the file `path`, as they were when it was first read.
 
-        Raises InputError as `read_bytes` does.
+        Those of a USD file are a GLB file that shows the same, so that whatever reads glTF reads USD.
+
+        Raises InputError as `read_bytes` does, and `usd.translation.translated`.
         """
         if path not in self._data:
-            self._data[path] = read_bytes(path)
+            self._data[path] = _translated(path) if path.suffix.lower() in USD_SUFFIXES else read_bytes(path)
         return self._data[path]
 
     def is_inside(self, path: Path, root: Path) -> bool:
@@ -68,6 +71,15 @@ class Sources:
             except (OSError, ValueError):  # the name is too long, or has a zero byte
                 self._found[path, root] = False
         return self._found[path, root]
+
+
+def _translated(path: Path) -> bytes:
+    """Return a USD file as a GLB file."""
+    if not path.is_file():
+        raise missing_file(path)
+    from depthwalk.ingest.usd.translation import translated
+
+    return translated(path)
 
 
 def hash_files(files: Iterable[Path], sources: Sources) -> str:

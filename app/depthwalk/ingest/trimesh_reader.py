@@ -22,7 +22,7 @@ from trimesh.visual.texture import TextureVisuals
 
 from depthwalk.errors import InputError
 from depthwalk.ingest import gltf
-from depthwalk.ingest.formats import GLTF_SUFFIXES
+from depthwalk.ingest.formats import GLTF_SUFFIXES, USD_SUFFIXES
 from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_expressed import expressed
 from depthwalk.ingest.image import TextureDecoder, check_picture
@@ -130,7 +130,8 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         warnings.filterwarnings("error", message="string or file could not be read")  # numbers cut short
-        return trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], resolver=folder, process=False)
+        kind = "glb" if suffix in USD_SUFFIXES else suffix[1:]  # as which `Sources` reads it
+        return trimesh.load_scene(io.BytesIO(data), file_type=kind, resolver=folder, process=False)
 
 
 def _expressed(data: bytes, path: Path, folder: _Folder) -> bytes:

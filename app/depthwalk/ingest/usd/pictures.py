@@ -1,0 +1,151 @@
+"""Read the pictures that materials and lights name, and make pictures of channels of several."""
+
+import io
+import os
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Ar
+
+from depthwalk.ingest.usd.glb import GlbBuilder
+from depthwalk.ingest.usd.layers import is_inside
+from depthwalk.ingest.usd.problems import UsdError
+from depthwalk.limits import MAX_MESH_BYTES, MAX_TEXTURE_PIXELS
+
+_MIME_TYPES = {"PNG": "image/png", "JPEG": "image/jpeg", "WEBP": "image/webp"}
+_COARSE = 512  # pixels along a side of roughness maps, of which only the mean counts
+
+
+class Channel(NamedTuple):
+    """A channel of a picture: the picture's number, 0 to 3 for r, g, b, a, and a factor and an offset of its values."""
+
+    picture: int
+    channel: int
+    scale: float = 1.0
+    bias: float = 0.0
+
+
+class Pictures:
+    """Read pictures, each once, and write those that materials use into a GLB file."""
+
+    def __init__(self, builder: GlbBuilder, root: str, warnings: list[str]) -> None:
+        """Prepare to read pictures in the folder `root`, without symbolic links."""
+        self._builder, self._root, self._warnings = builder, root, warnings
+        self._numbers: dict[str, int | None] = {}
+        self._contents: list[tuple[str, bytes, str]] = []  # name, bytes, type
+        self._textures: dict[object, int] = {}
+
+    def number(self, asset: Any, where: str) -> int | None:
+        """Return the number of the picture of an asset path; None, with a warning, if it is missing or unreadable.
+
+        Raises UsdError if it lies outside the folder.
+        """
+        name = asset.path
+        resolved = asset.resolvedPath or os.path.normpath(os.path.join(self._root, name))
+        if not is_inside(resolved, self._root):
+            raise UsdError(f"{where}: refers to the picture @{name[:200]}@, outside the folder of the file")
+        if resolved not in self._numbers:
+            self._numbers[resolved] = self._read(resolved, name, where)
+        return self._numbers[resolved]
+
+    def data(self, asset: Any, where: str) -> bytes | None:
+        """Return the contents of any file that an asset path names, as `number` finds it; None if it is missing."""
+        resolved = asset.resolvedPath
+        if not is_inside(resolved or os.path.normpath(os.path.join(self._root, asset.path)), self._root):
+            raise UsdError(f"{where}: refers to the picture @{asset.path[:200]}@, outside the folder of the file")
+        return self._bytes(resolved) if resolved else None
+
+    def texture(self, picture: int) -> int:
+        """Return the number of a texture of the GLB file that shows a picture."""
+        if picture not in self._textures:
+            name, data, mime = self._contents[picture]
+            self._textures[picture] = self._written(data, mime, os.path.splitext(os.path.basename(name))[0])
+        return self._textures[picture]
+
+    def combined(self, channels: tuple[Channel | float, ...], *, coarse: bool = False) -> int:
+        """Return the number of a texture whose four channels are those of several pictures, or constants 0 to 1.
+
+        coarse: whether few pixels do.
+        """
+        key = channels, coarse
+        if key not in self._textures:
+            numbers = dict.fromkeys(each.picture for each in channels if isinstance(each, Channel))
+            opened = {number: self._opened(number) for number in numbers}
+            width = max(image.width for image in opened.values())
+            height = max(image.height for image in opened.values())
+            if coarse:
+                width, height = min(width, _COARSE), min(height, _COARSE)
+            decoded = {number: _pixels(image, width, height) for number, image in opened.items()}
+            values = np.empty((height, width, 4), np.uint8)
+            for place, each in enumerate(channels):
+                values[..., place] = (
+                    _scaled(decoded[each.picture][..., each.channel], each.scale, each.bias)
+                    if isinstance(each, Channel)
+                    else round(255 * each)
+                )
+            self._textures[key] = self._written(_png(values), "image/png", "combined")
+        return self._textures[key]
+
+    def _read(self, resolved: str, name: str, where: str) -> int | None:
+        data = self._bytes(resolved)
+        if data is None:
+            self._warnings.append(f"{where}: the picture @{name[:200]}@ is missing; ignored")
+            return None
+        try:
+            kind = _image(data).format
+            if kind not in _MIME_TYPES:
+                data, kind = _png(np.asarray(_image(data).convert("RGBA"))), "PNG"
+        except Exception:  # Pillow's plugins raise nearly anything
+            self._warnings.append(f"{where}: the picture @{name[:200]}@ cannot be read as an image; ignored")
+            return None
+        self._contents.append((name, data, _MIME_TYPES[kind]))
+        return len(self._contents) - 1
+
+    def _bytes(self, resolved: str) -> bytes | None:
+        """Return the contents of a file, also of one within a .usdz archive; None if there is none."""
+        asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(resolved))
+        if asset is None or asset.GetSize() > MAX_MESH_BYTES:
+            return None
+        return bytes(asset.Read(asset.GetSize(), 0))
+
+    def _opened(self, number: int) -> Any:
+        return _image(self._contents[number][1])
+
+    def _written(self, data: bytes, mime: str, name: str) -> int:
+        image = self._builder.add(
+            "images", {"bufferView": self._builder.view(data), "mimeType": mime, "name": name[:60]}
+        )
+        return self._builder.add("textures", {"source": image})
+
+
+def _image(data: bytes) -> Any:
+    """Return a picture, opened by Pillow. Raises ValueError if it has too many pixels, and what Pillow raises."""
+    from PIL import Image
+
+    Image.MAX_IMAGE_PIXELS = None  # checked here
+    image = Image.open(io.BytesIO(data))
+    if image.width * image.height > MAX_TEXTURE_PIXELS:
+        raise ValueError("too many pixels")
+    return image
+
+
+def _pixels(image: Any, width: int, height: int) -> NDArray[np.uint8]:
+    """Return the pixels (height, width, 4) of a picture, resized."""
+    image = image.convert("RGBA")
+    return np.asarray(image if image.size == (width, height) else image.resize((width, height)), np.uint8)
+
+
+def _scaled(values: NDArray[np.uint8], scale: float, bias: float) -> NDArray[np.uint8]:
+    if (scale, bias) == (1.0, 0.0):
+        return values
+    changed = values * np.float32(scale) + np.float32(255 * bias)
+    return np.asarray(np.clip(changed, 0, 255).round(), np.uint8)
+
+
+def _png(pixels: NDArray[np.uint8]) -> bytes:
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "PNG", compress_level=1)
+    return file.getvalue()

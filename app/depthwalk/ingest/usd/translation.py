@@ -1,0 +1,83 @@
+"""Translate USD files to glTF, in a process that may take only as much as the files explain.
+
+usd-core is C++ that believes the sizes in a damaged file; a process of its own can be ended.
+"""
+
+import json
+import logging
+import os
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+from depthwalk.budget import machine_memory
+from depthwalk.errors import InputError
+from depthwalk.extras import install_command
+from depthwalk.ingest.formats import USD_SUFFIXES
+from depthwalk.ingest.watched_process import messages_in, run_watched
+from depthwalk.limits import MAX_LOOKUPS, MAX_MESH_BYTES, MEMORY_SHARE
+
+log = logging.getLogger(__name__)
+
+_WORKER = "depthwalk.ingest.usd.worker"
+# What a translation may take: measured, a crate file of compressed points takes 30 bytes and 0.2 µs per byte.
+_BYTES, _BYTES_PER_BYTE = 1 << 30, 100
+_SECONDS, _SECONDS_PER_BYTE = 60.0, 1e-5
+_PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".tga", ".tif", ".tiff", ".bmp", ".hdr", ".exr")
+
+
+def translated(path: Path) -> bytes:
+    """Return a GLB file that shows what a USD file shows.
+
+    Its scene has the axes and the unit of glTF: y upward, metres. Pictures are in it. Its header says below the key
+    `extras` what is not in it, see `gltf_unread`, and what the picture of the dome light is, see `usd.lights`. Copies
+    are instances of `EXT_mesh_gpu_instancing` where nodes for each would be too many.
+
+    Parameters
+    ----------
+    path
+        The USD file.
+
+    Returns
+    -------
+    bytes
+        The GLB file.
+
+    Raises
+    ------
+    InputError
+        `path: defect` or `path: /Prim/Path: defect`, also if usd-core is not installed.
+    """
+    if find_spec("pxr") is None:
+        raise InputError(f"{path}: `{install_command('usd')}` installs what reads USD files")
+    length = sum(_sizes_beside(path))
+    most_bytes = min(_BYTES + _BYTES_PER_BYTE * length, int(MEMORY_SHARE * machine_memory()))
+    request = json.dumps({"path": str(path.resolve()), "root": str(path.resolve().parent)}).encode()
+    answer = run_watched(_WORKER, [request], most_bytes=most_bytes, most_seconds=_SECONDS + _SECONDS_PER_BYTE * length)
+    if not answer.is_ready:
+        raise InputError(f"{path}: usd-core, which reads USD files, does not start")
+    messages = list(messages_in(answer.data))
+    said = json.loads(bytes(messages[0])) if messages else {}
+    if "error" in said:
+        raise InputError(f"{path}: {said['error']}")
+    if answer.excess:
+        raise InputError(f"{path}: damaged, or too large: it takes too much {answer.excess} to read")
+    if len(messages) != 2:
+        raise InputError(f"{path}: damaged, truncated or an unsupported kind of USD")
+    for warning in said["warnings"]:
+        log.warning("%s: %s", path, warning)
+    return bytes(messages[1])
+
+
+def _sizes_beside(path: Path) -> Iterator[int]:
+    """Yield the bytes of the files below the folder of a USD file that it may be made of, of the first MAX_LOOKUPS."""
+    left = MAX_LOOKUPS
+    for folder, _, names in os.walk(path.resolve().parent):
+        for name in names:
+            if (left := left - 1) < 0:
+                return
+            if name.lower().endswith((*USD_SUFFIXES, *_PICTURES)):
+                try:
+                    yield min((Path(folder) / name).stat().st_size, MAX_MESH_BYTES)
+                except OSError:
+                    continue
