@@ -60,6 +60,9 @@ MAX_SKY_WIDTH = 4_096
 """Texels across a sky's picture on the GPU, where it takes 90 MB with its mip-maps; wider ones are reduced. A view of
 75° sees 850 of them."""
 
+MAX_SKY_INTENSITY = 1_000
+"""Factor on the light of a picture of the sky: some store daylight as 1/1000 of what it is."""
+
 MAX_NORMAL_SCALE = 100.0
 """Factor on x and y of the normals in a normal map: a slope of one in a hundred then stands at 45°."""
 

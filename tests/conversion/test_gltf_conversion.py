@@ -370,4 +370,4 @@ def test_one_is_no_plural(tmp_path: Path) -> None:
 def test_other_files_hold_no_scenes(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text("v 0 0 0\n")
     run = CliRunner().invoke(app, ["convert", str(tmp_path / "a.obj")])
-    assert run.exit_code == 2 and "only glTF and GLB files" in run.stderr
+    assert run.exit_code == 2 and "only glTF, GLB and USD files" in run.stderr

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.conversion.environment import camera_values, environment_values
+from depthwalk.conversion.environment import camera_values, environment_values, sky_values
 from depthwalk.conversion.keyframes import Tracks
 from depthwalk.conversion.models import HEAVY, Division, Model, divide
 from depthwalk.errors import InputError, counted
 from depthwalk.files import staging_folder
-from depthwalk.ingest.formats import GLTF_SUFFIXES
+from depthwalk.ingest.formats import GLTF_SUFFIXES, USD_SUFFIXES
 from depthwalk.ingest.gltf import read_header
 from depthwalk.ingest.gltf_points import holds_points, undrawn_beside
 from depthwalk.ingest.gltf_scene import GltfScene, damaged, read_gltf_scene
@@ -96,7 +96,7 @@ def convert_gltf(path: Path, folder: Path, report: Report = lambda name, step: N
         If a file cannot be written.
     """
     if path.suffix.lower() not in GLTF_SUFFIXES:
-        raise InputError(f"{path}: only glTF and GLB files hold scenes that can be converted")
+        raise InputError(f"{path}: only glTF, GLB and USD files hold scenes that can be converted")
     check_new(folder)
     sources = Sources()
     scene = read_gltf_scene(path, sources)
@@ -211,7 +211,11 @@ def _values(
     every = np.concatenate([asset.position for asset in assets])
     if (far := np.abs(every).max()) > MAX_COORDINATE:
         raise InputError(f"{path}: an object is {far:g} m from the origin, the limit is {MAX_COORDINATE:g} m")
-    environment, notes = environment_values(scene.lights)
+    sky, without_sky = None, list[str]()
+    if path.suffix.lower() in USD_SUFFIXES:
+        sky, without_sky = sky_values(scene.header, scene.accessors, folder)
+    environment, notes = environment_values(scene.lights, sky)
+    notes += without_sky
     values: dict[str, Any] = {"version": 1, "assets": {}, "objects": [], "environment": environment}
     if scene.cameras:
         values["camera"] = camera_values(scene.cameras[0])

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self, get_args
 from pydantic import AfterValidator, Field, model_validator
 
 from depthwalk.errors import InputError
-from depthwalk.limits import MAX_FOV, MAX_LIGHTS, MIN_FOV
+from depthwalk.limits import MAX_FOV, MAX_LIGHTS, MAX_SKY_INTENSITY, MIN_FOV
 from depthwalk.params import param
 from depthwalk.scene.fields import Colour, Coordinate, FileParams, FilePath, Length, Vector
 
@@ -51,7 +51,7 @@ class SkyParams(FileParams):
     turn: float = param(
         0.0, "Turn of the picture about +Y, counter-clockwise seen from above", unit="degrees", ge=-360, le=360
     )
-    intensity: float = param(1.0, "Multiplies the light of the picture", ge=0, le=1000)
+    intensity: float = param(1.0, "Multiplies the light of the picture", ge=0, le=MAX_SKY_INTENSITY)
     sun: bool = param(
         False, "Let the brightest spot of the picture, if it is small, be the sun, instead of that of `environment`"
     )

@@ -5,6 +5,7 @@ walked through before they are composed, and what they name is resolved here as 
 """
 
 import os
+import re
 from typing import Any
 
 from pxr import Sdf, Usd
@@ -63,16 +64,16 @@ def _check_layers(first: Any, root: str, unread: Unread) -> None:
     known, waiting = {first.identifier}, [first]
     while waiting:
         layer = waiting.pop()
-        _refuse_clips(layer, root)
+        _remove_clips(layer)
         for name in layer.GetCompositionAssetDependencies():
             if not name:
                 continue
             if name.startswith("`"):
-                raise UsdError(f"{_whence(layer, name, root)} an expression, {name[:80]}, which is not read")
+                raise UsdError(f"{_whence(layer, name, first, root)} an expression, {name[:80]}, which is not read")
             resolved = Sdf.ComputeAssetPathRelativeToLayer(layer, name)
             resolved = Sdf.Layer.SplitIdentifier(resolved)[0]
             if not is_inside(resolved, root):
-                raise UsdError(f"{_whence(layer, name, root)} @{name[:200]}@, outside the folder of the file")
+                raise UsdError(f"{_whence(layer, name, first, root)} @{name[:200]}@, outside the folder of the file")
             suffix = os.path.splitext(resolved.rstrip("]"))[1].lower()
             if suffix not in USD_SUFFIXES:
                 layer.UpdateCompositionAssetDependency(name, "")
@@ -88,7 +89,7 @@ def _check_layers(first: Any, root: str, unread: Unread) -> None:
                 raise UsdError(f"it names more than {MAX_LOOKUPS} layers")
 
 
-def _refuse_clips(layer: Any, root: str) -> None:
+def _remove_clips(layer: Any) -> None:
     """Take the value clips out of a layer: they name files, too, which are opened when values are read."""
 
     def visit(path: Any) -> None:
@@ -99,8 +100,8 @@ def _refuse_clips(layer: Any, root: str) -> None:
     layer.Traverse(Sdf.Path.absoluteRootPath, visit)
 
 
-def _whence(layer: Any, name: str, root: str) -> str:
-    """Return which prim of a layer names a file, for a message."""
+def _whence(layer: Any, name: str, first: Any, root: str) -> str:
+    """Return which prim of a layer names a file, for a message, and of which layer unless it is the first one."""
     found: list[str] = []
 
     def visit(path: Any) -> None:
@@ -113,15 +114,16 @@ def _whence(layer: Any, name: str, root: str) -> str:
                     found.append(str(path))
 
     layer.Traverse(Sdf.Path.absoluteRootPath, visit)
-    place = found[0] if found else "its list of layers"
-    own = os.path.relpath(layer.realPath or layer.identifier, root)
-    return f"{own}: {place} refers to" if layer.realPath else f"{place} refers to"
+    own = "" if layer == first else f"{os.path.relpath(layer.identifier, root)}: "
+    return f"{own}{found[0] if found else 'its list of layers'} refers to"
 
 
 def _composition_error(error: Any, root: str) -> str:
     """Return a message about an error of the composition: a file that is missing, or a circle."""
     text = one_line(str(error)).replace(root.rstrip("/") + "/", "")
     place = getattr(getattr(error, "rootSite", None), "path", None)
-    if text.startswith("Cycle detected"):
+    if (missing := re.match(r"Could not open asset (@.*?@) for", text)) is not None:
+        text = f"refers to {missing[1]}, which is missing"
+    elif text.startswith("Cycle detected"):
         text = "refers to itself, in a circle"
     return f"{place}: {text}" if place else text

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdGeom, UsdShade
 
+from depthwalk.geometry.quaternions import matrices
 from depthwalk.ingest.usd.lights import Stands
 from depthwalk.ingest.usd.meshes import Piece
 from depthwalk.ingest.usd.problems import Unread, UsdError
@@ -167,19 +168,11 @@ class ModelReader:
             raise UsdError(f"{where}: {len(numbers)} copies, the limit is {MAX_INSTANCES}")
         if outside := np.flatnonzero((numbers < 0) | (numbers >= len(targets))).tolist():
             raise UsdError(f"{where}: protoIndices refers to prototype {numbers[outside[0]]} of {len(targets)}")
-        positions = instancer.GetPositionsAttr().Get(self._time)
-        if positions is None or len(positions) != len(numbers):
-            raise UsdError(f"{where}: protoIndices lists {len(numbers)} copies, positions {len(positions or ())}")
         if UsdGeom.PrimvarsAPI(prim).GetPrimvar("displayColor").HasAuthoredValue():
             self._unread.count("set of colours of copies", "sets of colours of copies")
         if instancer.GetPositionsAttr().ValueMightBeTimeVarying() or instancer.GetVelocitiesAttr().HasAuthoredValue():
             self._unread.count("PointInstancer that moves its copies", "PointInstancers that move their copies")
-        made = instancer.ComputeInstanceTransformsAtTime(
-            self._time, self._time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
-        )
-        every = np.asarray(made, np.float64).reshape(-1, 4, 4).swapaxes(1, 2)
-        if len(every) != len(numbers):
-            raise UsdError(f"{where}: its positions, orientations and scales are not as many as its protoIndices")
+        every = self._instances(instancer, len(numbers))
         mask = np.asarray(instancer.ComputeMaskAtTime(self._time), bool)
         shown = mask if len(mask) == len(numbers) else np.ones(len(numbers), bool)
         copies = []
@@ -196,6 +189,28 @@ class ModelReader:
         own = Model(name=prim.GetName(), where=where, copies=copies)
         self.models.append(own)
         self._place(own, matrix, prim, state)
+
+    def _instances(self, instancer: Any, count: int) -> _Matrices:
+        """Return the places (n, 4, 4) of the copies of a PointInstancer, which are so many, in its frame.
+
+        As usd-core computes them, but by unit quaternions: those of 16 bits would stretch each copy in another way.
+        """
+        every = np.tile(np.eye(4), (count, 1, 1))
+        values = {"positions": instancer.GetPositionsAttr(), "scales": instancer.GetScalesAttr()}
+        fine = instancer.GetOrientationsfAttr()
+        values["orientations"] = fine if fine.HasAuthoredValue() else instancer.GetOrientationsAttr()
+        given = {name: np.asarray(attribute.Get(self._time) or (), np.float64) for name, attribute in values.items()}
+        for name, rows in given.items():
+            if len(rows) != count and (len(rows) or name == "positions"):
+                where = instancer.GetPrim().GetPath()
+                raise UsdError(f"{where}: protoIndices lists {count} copies, {name} {len(rows)}")
+        if len(turn := given["orientations"]):
+            length = np.linalg.norm(turn, axis=1, keepdims=True)
+            every[:, :3, :3] = matrices(np.where(length > 0, turn / np.maximum(length, 1e-9), [0.0, 0.0, 0.0, 1.0]))
+        if len(scales := given["scales"]):
+            every[:, :3, :3] *= scales[:, None, :]
+        every[:, :3, 3] = given["positions"].reshape(-1, 3)
+        return every
 
     def _prototype(self, root: Any, instance: Any, state: _State, *, whole: bool = False) -> Model:
         """Return the model of a prototype, read when it is first asked for.

@@ -6,6 +6,8 @@ from collections.abc import Iterable
 
 _LOCATED = re.compile(r"^(?P<file>.*?):(?P<line>\d+):(?P<column>\d+): (?P<rest>.*)$", re.DOTALL)
 
+_INTERNAL = re.compile(r"\bpxrInternal_\w+::(\w+::)*")
+
 
 class UsdError(Exception):
     """Report a defect of a file: one line, which begins with the path of the prim if it is in one."""
@@ -27,23 +29,25 @@ class Unread:
 
 
 def one_line(text: str) -> str:
-    """Return a message of usd-core in one line, without the places in its own source."""
-    return " ".join(text.split())[:300]
+    """Return a message of usd-core in one line, without names from its own source."""
+    return " ".join(_INTERNAL.sub("", text).split())[:300]
 
 
-def told(error: BaseException, root: str) -> str:
-    """Return what an exception of usd-core says of the file, in one line.
+def told(error: BaseException, path: str, root: str) -> str:
+    """Return what an exception of usd-core says of a file, in one line.
 
     Parameters
     ----------
     error
         A `Tf.ErrorException`, whose arguments are errors with a `commentary`, or another exception.
+    path
+        The file that is read, which the message does not name.
     root
-        The folder of the file, which is left out of the names of others.
+        Its folder, which is left out of the names of others.
     """
     texts: Iterable[str] = (getattr(each, "commentary", "") for each in error.args)
     text = next((text for text in texts if text), str(error))
     if (found := _LOCATED.match(text)) is not None:
-        name = found["file"].removeprefix(root).lstrip("/")
-        text = f"{name}:{found['line']}: {found['rest']}"
+        place = f"line {found['line']}" if found["file"] == path else f"{found['file']}:{found['line']}"
+        text = f"{place}: {found['rest']}"
     return one_line(text.replace(root.rstrip("/") + "/", ""))

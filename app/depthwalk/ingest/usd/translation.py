@@ -54,14 +54,14 @@ def translated(path: Path) -> bytes:
     most_bytes = min(_BYTES + _BYTES_PER_BYTE * length, int(MEMORY_SHARE * machine_memory()))
     request = json.dumps({"path": str(path.resolve()), "root": str(path.resolve().parent)}).encode()
     answer = run_watched(_WORKER, [request], most_bytes=most_bytes, most_seconds=_SECONDS + _SECONDS_PER_BYTE * length)
-    if not answer.is_ready:
-        raise InputError(f"{path}: usd-core, which reads USD files, does not start")
     messages = list(messages_in(answer.data))
     said = json.loads(bytes(messages[0])) if messages else {}
     if "error" in said:
         raise InputError(f"{path}: {said['error']}")
     if answer.excess:
         raise InputError(f"{path}: damaged, or too large: it takes too much {answer.excess} to read")
+    if not answer.is_ready:
+        raise InputError(f"{path}: usd-core, which reads USD files, does not start")
     if len(messages) != 2:
         raise InputError(f"{path}: damaged, truncated or an unsupported kind of USD")
     for warning in said["warnings"]:

@@ -7,9 +7,8 @@ JSON object with the `error`. Less than this follows READY if the file is damage
 """
 
 import json
-import struct
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterator
 
 from depthwalk.ingest.watched_process import READY, framed
 
@@ -21,32 +20,28 @@ def main() -> None:
     out = sys.stdout.buffer
     out.write(READY)
     out.flush()
-    request = json.loads(sys.stdin.buffer.read())
+    out.writelines(framed(answer(sys.stdin.buffer.read())))
+
+
+def answer(request: bytes) -> Iterator[bytes]:
+    """Yield the messages that answer a request. Raises exceptions of any kind for some damaged files."""
     from pxr import Tf
 
     from depthwalk.ingest.usd.problems import UsdError, told
     from depthwalk.ingest.usd.scene import translate
 
+    said = json.loads(request)
+    path, root = said["path"], said["root"]
     try:
-        builder, warnings = translate(request["path"], request["root"])
-        parts = list(builder.parts())
+        builder, warnings = translate(path, root)
+        file = b"".join(builder.parts())
     except UsdError as error:
-        _answer({"error": str(error)})
+        yield json.dumps({"error": str(error)}).encode()
     except Tf.ErrorException as error:
-        _answer({"error": told(error, request["root"])})
+        yield json.dumps({"error": told(error, path, root)}).encode()
     else:
-        _answer({"warnings": warnings}, parts)
-
-
-def _answer(said: dict[str, object], file: Iterable[bytes] | None = None) -> None:
-    """Write the answer: an object and, if there is one, a file in parts."""
-    out = sys.stdout.buffer
-    out.writelines(framed([json.dumps(said).encode()]))
-    if file is not None:
-        parts = list(file)
-        out.write(struct.pack("<Q", sum(map(len, parts))))
-        out.writelines(parts)
-    out.flush()
+        yield json.dumps({"warnings": warnings}).encode()
+        yield file
 
 
 if __name__ == "__main__":

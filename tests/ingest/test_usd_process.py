@@ -1,0 +1,54 @@
+"""USD files in the process that translates them."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from depthwalk.errors import InputError
+from depthwalk.ingest.reader import read_soup
+from depthwalk.ingest.usd import translation
+from usd_files import mesh, write_usda, xform
+
+
+@pytest.fixture
+def _library() -> None:
+    pytest.importorskip("pxr", reason="usd-core is not installed")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("_library")
+def test_a_process_reads_binary_files_and_tells_where_they_end(tmp_path: Path) -> None:
+    from pxr import Usd
+
+    stage = Usd.Stage.Open(str(write_usda(tmp_path / "text.usda", xform("World", mesh()))))
+    binary = tmp_path / "scene.usdc"
+    stage.Export(str(binary))
+    assert len(read_soup(binary).faces) == 4
+    binary.write_bytes(binary.read_bytes()[:-200])
+    with pytest.raises(InputError, match="possibly truncated"):
+        read_soup(binary)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("_library")
+def test_a_process_that_takes_too_much_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write_usda(tmp_path / "a.usda", xform("World", mesh()))
+    monkeypatch.setattr(translation, "_BYTES", 1 << 20)
+    with pytest.raises(InputError, match=r"a\.usda: damaged, or too large: it takes too much memory to read"):
+        read_soup(path)
+
+
+def test_without_the_library_its_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(translation, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"`pip install .*usd.*` installs what reads USD files"):
+        read_soup(write_usda(tmp_path / "a.usda", xform("World", mesh())))
+
+
+@pytest.mark.slow
+def test_other_files_import_nothing_of_it() -> None:
+    code = "import sys, depthwalk.ingest.reader, depthwalk.ingest.mesh_head\nprint('pxr' in sys.modules)"
+    code += "\nprint(any(name.startswith('depthwalk.ingest.usd') for name in sys.modules))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.split() == ["False", "False"]
