@@ -217,7 +217,7 @@ CASES = {
     "index": (mesh(faces="0, 9, 1", sizes="3"), "/World/mesh: faceVertexIndices refers to point 9 of 0 to 3"),
     "count": (mesh(sizes="3, 3"), "/World/mesh: faceVertexCounts add up to 6 corners, faceVertexIndices lists 12"),
     "negative": (mesh(sizes="-3, 15"), "/World/mesh: faceVertexCounts has -3, which is no number of corners"),
-    "missing": (prim("Xform", "a", terms="references = @./no.usda@"), "/World/a: refers to @no.usda@, which is missing"),
+    "missing": (prim("Xform", "a", terms="references = @./x.usda@"), "/World/a: refers to @x.usda@, which is missing"),
     "cycle": (prim("Xform", "a", terms="references = @./cycle.usda@"), "/World/a/a: refers to itself, in a circle"),
     "outside": (
         prim("Xform", "a", terms="payload = @../other.usda@"),

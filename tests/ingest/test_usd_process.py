@@ -9,7 +9,7 @@ import pytest
 from depthwalk.errors import InputError
 from depthwalk.ingest.reader import read_soup
 from depthwalk.ingest.usd import translation
-from usd_files import mesh, write_usda, xform
+from usd_files import mesh, translate_here, write_usda, xform
 
 
 @pytest.fixture
@@ -38,6 +38,19 @@ def test_a_process_that_takes_too_much_is_ended(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(translation, "_BYTES", 1 << 20)
     with pytest.raises(InputError, match=r"a\.usda: damaged, or too large: it takes too much memory to read"):
         read_soup(path)
+
+
+@pytest.mark.usefixtures("_library")
+def test_a_translation_is_kept_until_a_file_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    translate_here(monkeypatch)
+    write_usda(tmp_path / "part.usda", xform("World", mesh()))
+    path = write_usda(tmp_path / "a.usda", xform("World", terms="references = @./part.usda@"))
+    first = translation.translated(path)
+    with monkeypatch.context() as patch:
+        patch.setattr(translation, "run_watched", None)
+        assert translation.translated(path) is first
+    write_usda(tmp_path / "part.usda", xform("World", mesh(), mesh("other")))
+    assert len(translation.translated(path)) > len(first)
 
 
 def test_without_the_library_its_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

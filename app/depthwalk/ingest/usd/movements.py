@@ -16,7 +16,7 @@ from depthwalk.ingest.usd.glb import GlbBuilder
 from depthwalk.ingest.usd.nodes import Nodes, factors
 from depthwalk.ingest.usd.problems import Unread
 
-_WANTED, _MOST_BETWEEN = 720, 72  # samples of a movement, and samples between two times of the file
+_WANTED, _MOST_BETWEEN = 1440, 360  # samples of a movement, and samples between two times of the file
 _MOST_SAMPLES = 1_000_000  # of all movements, some 10 µs each
 
 

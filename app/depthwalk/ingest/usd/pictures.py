@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pxr import Ar
 
 from depthwalk.ingest.usd.glb import GlbBuilder
-from depthwalk.ingest.usd.layers import is_inside
+from depthwalk.ingest.usd.layers import file_in, is_inside
 from depthwalk.ingest.usd.problems import UsdError
 from depthwalk.limits import MAX_MESH_BYTES, MAX_TEXTURE_PIXELS
 
@@ -27,11 +27,18 @@ class Channel(NamedTuple):
 
 
 class Pictures:
-    """Read pictures, each once, and write those that materials use into a GLB file."""
+    """Read pictures, each once, and write those that materials use into a GLB file.
+
+    Attributes
+    ----------
+    files
+        The files that were read, without symbolic links.
+    """
 
     def __init__(self, builder: GlbBuilder, root: str, warnings: list[str]) -> None:
         """Prepare to read pictures in the folder `root`, without symbolic links."""
         self._builder, self._root, self._warnings = builder, root, warnings
+        self.files: set[str] = set()
         self._numbers: dict[str, int | None] = {}
         self._contents: list[tuple[str, bytes, str]] = []  # name, bytes, type
         self._textures: dict[object, int] = {}
@@ -107,6 +114,7 @@ class Pictures:
         asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(resolved))
         if asset is None or asset.GetSize() > MAX_MESH_BYTES:
             return None
+        self.files.add(file_in(resolved))
         return bytes(asset.Read(asset.GetSize(), 0))
 
     def _opened(self, number: int) -> Any:

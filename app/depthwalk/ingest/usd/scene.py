@@ -6,13 +6,14 @@ meshes of the prototype as its primitives.
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdGeom
 
 from depthwalk.ingest.usd.glb import GlbBuilder
-from depthwalk.ingest.usd.layers import open_stage
+from depthwalk.ingest.usd.layers import file_in, open_stage
 from depthwalk.ingest.usd.lights import Stands
 from depthwalk.ingest.usd.materials import Materials
 from depthwalk.ingest.usd.meshes import MeshWriter
@@ -28,7 +29,15 @@ _Y_FROM_Z = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]]
 _MOST_MOVING = 10_000  # copies with movements of their own
 
 
-def translate(path: str, root: str) -> tuple[GlbBuilder, list[str]]:
+class Translation(NamedTuple):
+    """Hold the GLB file that shows what a USD file shows, warnings, and the files that it is made of."""
+
+    builder: GlbBuilder
+    warnings: list[str]
+    files: list[str]
+
+
+def translate(path: str, root: str) -> Translation:
     """Translate a USD file.
 
     Parameters
@@ -38,8 +47,8 @@ def translate(path: str, root: str) -> tuple[GlbBuilder, list[str]]:
 
     Returns
     -------
-    tuple
-        The GLB file, and warnings.
+    Translation
+        The GLB file.
 
     Raises
     ------
@@ -62,7 +71,8 @@ def translate(path: str, root: str) -> tuple[GlbBuilder, list[str]]:
     nodes.add_copies(list(_still_copies(reader, meshes)))
     if texts := unread.texts():
         builder.header.setdefault("extras", {})["unread"] = texts
-    return builder, warnings
+    files = {file_in(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath} | pictures.files
+    return Translation(builder, warnings, sorted(files))
 
 
 class _Meshes:

@@ -6,9 +6,10 @@ usd-core is C++ that believes the sizes in a damaged file; a process of its own 
 import json
 import logging
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
+from typing import NamedTuple
 
 from depthwalk.budget import machine_memory
 from depthwalk.errors import InputError
@@ -23,15 +24,29 @@ _WORKER = "depthwalk.ingest.usd.worker"
 # What a translation may take: measured, a crate file of compressed points takes 30 bytes and 0.2 µs per byte.
 _BYTES, _BYTES_PER_BYTE = 1 << 30, 100
 _SECONDS, _SECONDS_PER_BYTE = 60.0, 1e-5
+_KEPT_BYTES = 256 << 20  # of all translations that are kept but the last
 _PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".tga", ".tif", ".tiff", ".bmp", ".hdr", ".exr")
+
+
+class _Kept(NamedTuple):
+    """A translation, and the files that it is made of, as `_stamps` returns them."""
+
+    stamps: dict[str, tuple[int, int] | None]
+    data: bytes
+
+
+_kept: dict[Path, _Kept] = {}  # the oldest first
 
 
 def translated(path: Path) -> bytes:
     """Return a GLB file that shows what a USD file shows.
 
-    Its scene has the axes and the unit of glTF: y upward, metres. Pictures are in it. Its header says below the key
-    `extras` what is not in it, see `gltf_unread`, and what the picture of the dome light is, see `usd.lights`. Copies
-    are instances of `EXT_mesh_gpu_instancing` where nodes for each would be too many.
+    The last translations are kept, as long as no file changes that they are made of: a mesh is read several times, for
+    its head, its hash and its triangles.
+
+    The scene of the GLB file has the axes and the unit of glTF: y upward, metres. Pictures are in it. Its header says
+    below the key `extras` what is not in it, see `gltf_unread`, and what the picture of the dome light is, see
+    `usd.lights`. Copies are instances of `EXT_mesh_gpu_instancing` where nodes for each would be too many.
 
     Parameters
     ----------
@@ -50,6 +65,8 @@ def translated(path: Path) -> bytes:
     """
     if find_spec("pxr") is None:
         raise InputError(f"{path}: `{install_command('usd')}` installs what reads USD files")
+    if (kept := _kept.get(path)) is not None and _stamps(kept.stamps) == kept.stamps:
+        return kept.data
     length = sum(_sizes_beside(path))
     most_bytes = min(_BYTES + _BYTES_PER_BYTE * length, int(MEMORY_SHARE * machine_memory()))
     request = json.dumps({"path": str(path.resolve()), "root": str(path.resolve().parent)}).encode()
@@ -66,7 +83,32 @@ def translated(path: Path) -> bytes:
         raise InputError(f"{path}: damaged, truncated or an unsupported kind of USD")
     for warning in said["warnings"]:
         log.warning("%s: %s", path, warning)
-    return bytes(messages[1])
+    data = bytes(messages[1])
+    if not said["warnings"]:  # such as of a picture that is missing, and may come
+        _keep(path, _Kept(_stamps(said["files"]), data))
+    return data
+
+
+def _stamps(files: Iterable[str]) -> dict[str, tuple[int, int] | None]:
+    """Return when files were changed and how long they are; None for those that are missing."""
+
+    def stamp(file: str) -> tuple[int, int] | None:
+        try:
+            found = os.stat(file)
+        except OSError:
+            return None
+        return found.st_mtime_ns, found.st_size
+
+    return {file: stamp(file) for file in files}
+
+
+def _keep(path: Path, made: _Kept) -> None:
+    """Keep a translation, and forget the oldest ones if all together are too long."""
+    _kept.pop(path, None)
+    _kept[path] = made
+    for oldest in list(_kept)[:-1]:
+        if sum(len(each.data) for each in _kept.values()) > _KEPT_BYTES:
+            _kept.pop(oldest, None)
 
 
 def _sizes_beside(path: Path) -> Iterator[int]:

@@ -2,8 +2,9 @@
 
 It reads a JSON object from its standard input: `path`, the file, and `root`, the folder that holds all that it may
 name, both without symbolic links. To its standard output it writes READY, once usd-core is imported, and two messages
-(`watched_process.framed`): a JSON object with `warnings`, and the GLB file. Where the file is refused, it writes one: a
-JSON object with the `error`. Less than this follows READY if the file is damaged in a way that ends the process.
+(`watched_process.framed`): a JSON object with `warnings` and the `files` that the translation is made of, and the GLB
+file. Where the file is refused, it writes one: a JSON object with the `error`. Less than this follows READY if the file
+is damaged in a way that ends the process.
 """
 
 import json
@@ -33,14 +34,14 @@ def answer(request: bytes) -> Iterator[bytes]:
     said = json.loads(request)
     path, root = said["path"], said["root"]
     try:
-        builder, warnings = translate(path, root)
-        file = b"".join(builder.parts())
+        made = translate(path, root)
+        file = b"".join(made.builder.parts())
     except UsdError as error:
         yield json.dumps({"error": str(error)}).encode()
     except Tf.ErrorException as error:
         yield json.dumps({"error": told(error, path, root)}).encode()
     else:
-        yield json.dumps({"warnings": warnings}).encode()
+        yield json.dumps({"warnings": made.warnings, "files": made.files}).encode()
         yield file
 
 
