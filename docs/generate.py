@@ -81,15 +81,14 @@ Any value can be overridden on the command line: `--set camera.fov=40 --set asse
 When a key is renamed, the old name still works for one minor version, with a warning that gives the new one.
 
 A mesh can be given in place of a scene file, `depthwalk view bust.obj`, or [several](walking.md#files), which are shown
-together. A single one becomes the asset `model`, which has `dpci`,
-with one object at the origin. `view` and `render` guess which way is up, and say so; `--set assets.model.up=y` or `z`
-overrides the guess. In glTF files y is up by definition, in depth images since they were baked; FBX,
-COLLADA, 3DS and 3MF files are turned as they [say](#fbx-collada-3ds-and-3mf). A mesh without any
-height, such as a flat floor, has no side for depth images to show; draw it with `--representation mesh`; the same holds
-for meshes more than 40 km or less than 1 µm across, unless they get another `height`. A model made entirely of glass
-has no `dpci`. `render` draws a still of a mesh from its polygons, since baking takes longer than one picture;
-`--representation dpci` bakes and draws its depth images.
-[Baking](baking.md#glass-and-glow) describes glass and glow in mesh files.
+together. A single one becomes the asset `model`, which has `dpci`, with one object at the origin. `view` and `render`
+guess which way is up, and say so; `--set assets.model.up=y` or `z` overrides the guess. In glTF files y is up by
+definition, in depth images since they were baked; FBX, COLLADA, 3DS and 3MF files are turned as they
+[say](#fbx-collada-3ds-and-3mf), as are [USD](#usd) files. A mesh without any height, such as a flat floor, has no side
+for depth images to show; draw it with `--representation mesh`; the same holds for meshes more than 40 km or less than 1
+µm across, unless they get another `height`. A model made entirely of glass has no `dpci`. `render` draws a still of a
+mesh from its polygons, since baking takes longer than one picture; `--representation dpci` bakes and draws its depth
+images. [Baking](baking.md#glass-and-glow) describes glass and glow in mesh files.
 
 Of glTF and GLB files, the default scene is read, without its cameras, lamps and animations, of which `convert` keeps
 more (below): skins and shape keys (morph targets) are as the nodes pose them at rest. Colours and texture coordinates
@@ -123,6 +122,38 @@ All that such a file shows is one mesh. `depthwalk convert forest.glb` makes a s
   (in small scenes, 1/2000 of their size) and 0.1° off; a jump beside other movement takes 2 ms. Skins and shape keys
   stay at rest, cameras and lights stand still; a movement that stretches or shears is shown without that. A scene
   file holds 100,000 keyframes. `convert` says what it leaves out.
+
+## USD
+
+The extra `usd` reads USD files (`.usd`, `.usda`, `.usdc`, `.usdz`), `pip install -e ".[usd]"` in the checkout. A file
+is composed with all its layers, references and payloads, translated to glTF at its earliest time, and then read or
+converted as glTF is; `depthwalk convert city.usda` makes a scene of it.
+
+| | as a mesh | by `convert` |
+|---|---|---|
+| `Mesh`: polygons, also concave ones, holes, `orientation`, normals, `displayColor` | yes | yes |
+| transforms, `upAxis`, `metersPerUnit` (0.01 unless the file says otherwise), visibility, the purposes `default` and `render` | yes | yes |
+| `UsdPreviewSurface` with `UsdUVTexture`, `UsdPrimvarReader`, `UsdTransform2d`; `GeomSubset` | yes | yes |
+| instances (`instanceable`), `PointInstancer`, also within each other | as triangles, if these are few | objects of one asset |
+| perspective cameras | no | the first |
+| `DistantLight`, `SphereLight`, also with a cone | no | sun, lamps |
+| `DomeLight` with a picture, turned about the vertical | no | sky |
+| transforms that change over time | at their first time | keyframes |
+| subdivision surfaces | their cages | their cages |
+| skins, shapes that change over time, copies that move in a `PointInstancer` | as stored | as stored |
+| curves, points, volumes, spheres and other primitives, area lights, MaterialX, textures in tiles, variants that are not selected, value clips | no | no |
+
+- Of a picture the colours, opacity, emission, normals, roughness and metalness are read, from one channel or three,
+  with `scale` and `bias` where a single channel is read. The textures of a material share the coordinates of its first
+  one, and repeat. Pictures may be of any kind that meshes of other formats may have.
+- Sublayers, references, payloads and pictures must lie in the folder of the file, at any depth; what leads out of it is
+  an error. A picture that is missing is left out with a warning, a missing layer is an error. What a layer refers to in
+  other formats, such as Alembic, is left out.
+- Copies that make more than 4 million triangles beyond those of the meshes themselves, or more than 20,000 objects, are
+  no mesh: `view` and `render` ask for a conversion.
+- The intensity of a light is its radiance times its area, as UsdLux defines it. `convert` dims all lights together,
+  also the sky.
+- `depthwalk info` counts what of a file is not read, by kind.
 
 ## FBX, COLLADA, 3DS and 3MF
 

@@ -16,7 +16,7 @@ def install_command(extra: str, checkout: Path = _CHECKOUT) -> str:
     Parameters
     ----------
     extra
-        The name of the extra: "cluster", "fast", "gltf" or "las".
+        The name of the extra: "cluster", "fast", "gltf", "las" or "usd".
     checkout
         The folder that would be the checkout.
 

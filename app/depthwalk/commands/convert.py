@@ -1,4 +1,4 @@
-"""Declare `depthwalk convert`, which makes a scene file of a glTF scene."""
+"""Declare `depthwalk convert`, which makes a scene file of a glTF or USD scene."""
 
 from pathlib import Path
 from typing import Annotated
@@ -12,7 +12,7 @@ from depthwalk.errors import counted, printable
 
 @guarded
 def main(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A glTF or GLB file with a scene of several objects.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A glTF, GLB or USD file with a scene of several objects.")],
     out: Annotated[
         Path | None,
         typer.Option(
@@ -22,9 +22,9 @@ def main(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Make a scene of a glTF file, with a mesh file for each of its models.
+    """Make a scene of a glTF or USD file, with a mesh file for each of its models.
 
-    Copies of a model, also by EXT_mesh_gpu_instancing, become objects of one asset, which has depth images if it is
+    Copies of a model, also by EXT_mesh_gpu_instancing or a PointInstancer, become objects of one asset, which has depth images if it is
     heavy; what is light and stands still is merged. The first camera, the lights and the first animation are kept.
     """
     from depthwalk.commands.progress import asset_progress

@@ -179,7 +179,7 @@ Settings = Annotated[
 ]
 Meshes = Annotated[
     list[Path],
-    typer.Argument(metavar="MESH", help="OBJ, PLY, STL, OFF, GLB, glTF, FBX, DAE, 3DS, 3MF, LAS or LAZ files."),
+    typer.Argument(metavar="MESH", help="OBJ, PLY, STL, OFF, GLB, glTF, FBX, DAE, 3DS, 3MF, USD, LAS or LAZ files."),
 ]
 Up = Annotated[UpAxis, typer.Option("--up", help="The axis that points upward in the files.")]
 DpciResolution = Annotated[

@@ -1,4 +1,4 @@
-"""Convert the scene of a glTF file to a folder with a scene file and a mesh file for each of its models."""
+"""Convert the scene of a glTF or USD file to a folder with a scene file and a mesh file for each of its models."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator
@@ -46,7 +46,7 @@ class Conversion:
     triangles
         Of the meshes of all objects.
     notes
-        What is not as in the glTF file, a text each.
+        What is not as in the file, a text each.
     """
 
     scene: Path
@@ -72,7 +72,7 @@ class _Asset:
 
 
 def convert_gltf(path: Path, folder: Path, report: Report = lambda name, step: None) -> Conversion:
-    """Convert the default scene of a glTF or GLB file.
+    """Convert the default scene of a glTF, GLB or USD file.
 
     Parameters
     ----------

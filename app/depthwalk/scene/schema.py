@@ -108,7 +108,7 @@ class MeshAssetParams(FileParams):
 
     mesh: FilePath = param(
         ...,
-        "OBJ, PLY, STL, OFF, GLB, glTF, FBX, DAE, 3DS, 3MF, LAS or LAZ file, a path relative to the scene file",
+        "OBJ, PLY, STL, OFF, GLB, glTF, FBX, DAE, 3DS, 3MF, USD, LAS or LAZ file, a path relative to the scene file",
     )
     texture: FilePath | None = param(None, "Colour image that replaces the textures of the mesh file")
     up: Literal["y", "z"] = param("y", "Axis of the file that points upward")

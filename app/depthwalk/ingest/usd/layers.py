@@ -8,7 +8,7 @@ import os
 import re
 from typing import Any
 
-from pxr import Sdf, Usd
+from pxr import Ar, Sdf, Usd
 
 from depthwalk.ingest.formats import USD_SUFFIXES
 from depthwalk.ingest.usd.problems import Unread, UsdError, one_line
@@ -51,7 +51,8 @@ def open_stage(path: str, root: str, unread: Unread) -> Any:
 
 def file_in(resolved: str) -> str:
     """Return the file of a resolved path such as `scene.usdz[tree.usdc]`, without symbolic links."""
-    return os.path.realpath(resolved.split("[", 1)[0])
+    outer = Ar.SplitPackageRelativePathOuter(resolved)[0] if Ar.IsPackageRelativePath(resolved) else resolved
+    return os.path.realpath(outer)
 
 
 def is_inside(resolved: str, root: str) -> bool:
@@ -93,7 +94,7 @@ def _remove_clips(layer: Any) -> None:
     """Take the value clips out of a layer: they name files, too, which are opened when values are read."""
 
     def visit(path: Any) -> None:
-        spec = layer.GetObjectAtPath(path) if path.IsPrimPath() else None
+        spec = layer.GetObjectAtPath(path) if path.IsPrimOrPrimVariantSelectionPath() else None
         if spec is not None and spec.HasInfo("clips"):
             spec.ClearInfo("clips")
 
@@ -105,7 +106,7 @@ def _whence(layer: Any, name: str, first: Any, root: str) -> str:
     found: list[str] = []
 
     def visit(path: Any) -> None:
-        spec: Any = layer.GetObjectAtPath(path) if path.IsPrimPath() and not found else None
+        spec: Any = layer.GetObjectAtPath(path) if path.IsPrimOrPrimVariantSelectionPath() and not found else None
         for key in ("references", "payload"):
             if spec is not None and spec.HasInfo(key):
                 listed = spec.GetInfo(key)
