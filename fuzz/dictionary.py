@@ -46,6 +46,10 @@ PLY = _words(
     b"end_header\n|comment TextureFile |nx|ny|nz|u|v|texcoord|red|alpha|skin.png",
 )
 OFF = _words(b"OFF|COFF|NOFF|STOFF|4OFF|BINARY|#")
+USD = _words(
+    b"instanceable|references|payload|subLayers|prototypes|visibility|purpose|guide|leftHanded|vertex|faceVarying|constant",
+    b"timeSamples|variantSet|over|class|def|inherits|clips|active|None|</World>|@./skin.png@|@../a.usda@|@/a.usda@|(|)|{|}",
+)
 FBX = _words(
     b"Lcl Translation|Lcl Rotation|Lcl Scaling|RotationActive|RotationOrder|PreRotation|GeometricScaling|Visibility",
     b"ByPolygonVertex|ByVertice|ByPolygon|AllSame|IndexToDirect|Direct|UnitScaleFactor|UpAxis|FBXVersion|Content",

@@ -27,7 +27,7 @@ from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
 from depthwalk.scene.places import read_places
 from depthwalk.scene.scene import MeshAsset
-from fuzz import dictionary, gltf_seeds, interchange_seeds, properties, seeds
+from fuzz import dictionary, gltf_seeds, interchange_seeds, properties, seeds, usd_seeds
 from fuzz.bytes_changes import change_text
 from fuzz.case import Change, Target
 from fuzz.container_changes import change_exr, change_glb, change_npy, change_npz, change_png, change_zip
@@ -252,6 +252,14 @@ TARGETS = (
         modules=INTERCHANGE,
         words=dictionary.THREE_MF,
         changes={".3mf": (change_zip, change_zip)},
+    ),
+    Target(
+        name="usd",
+        seeds=usd_seeds.usds,
+        read=read_mesh,
+        modules=INGEST,
+        words=dictionary.USD,
+        changes={".usda": (change_text,), ".usdz": (change_zip,), **_PNG},
     ),
     Target(
         name="conversion",

@@ -231,7 +231,7 @@ def test_a_binary_file(tmp_path: Path) -> None:
     path.write_bytes(b"8BPS\0\1\x89\0\0")
     with pytest.raises(InputError) as caught:
         load_scene(path)
-    meshes = ".obj, .ply, .stl, .off, .glb, .gltf, .las, .laz, .fbx, .dae, .3ds, .3mf"
+    meshes = ".obj, .ply, .stl, .off, .glb, .gltf, .usd, .usda, .usdc, .usdz, .las, .laz, .fbx, .dae, .3ds, .3mf"
     told = f"binary, not UTF-8 text; scenes and camera paths are YAML, meshes end in {meshes}"
     assert str(caught.value) == f"{path}:1:1: {told}"
 

@@ -12,7 +12,7 @@ from depthwalk.errors import counted, printable
 
 @guarded
 def main(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A glTF, GLB or USD file with a scene of several objects.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A glTF, GLB or USD file, a scene of several objects.")],
     out: Annotated[
         Path | None,
         typer.Option(
@@ -24,8 +24,9 @@ def main(
 ) -> None:
     """Make a scene of a glTF or USD file, with a mesh file for each of its models.
 
-    Copies of a model, also by EXT_mesh_gpu_instancing or a PointInstancer, become objects of one asset, which has depth images if it is
-    heavy; what is light and stands still is merged. The first camera, the lights and the first animation are kept.
+    Copies of a model, also by EXT_mesh_gpu_instancing or a PointInstancer, become objects of one asset, which has depth
+    images if it is heavy; what is light and stands still is merged. The first camera, the lights and the first
+    animation are kept.
     """
     from depthwalk.commands.progress import asset_progress
     from depthwalk.conversion.gltf import convert_gltf

@@ -94,11 +94,16 @@ def _remove_clips(layer: Any) -> None:
     """Take the value clips out of a layer: they name files, too, which are opened when values are read."""
 
     def visit(path: Any) -> None:
-        spec = layer.GetObjectAtPath(path) if path.IsPrimOrPrimVariantSelectionPath() else None
+        spec = layer.GetObjectAtPath(path) if _is_prim(path) else None
         if spec is not None and spec.HasInfo("clips"):
             spec.ClearInfo("clips")
 
     layer.Traverse(Sdf.Path.absoluteRootPath, visit)
+
+
+def _is_prim(path: Any) -> bool:
+    """Return whether a path of a layer is that of a prim, or of what a variant says of one."""
+    return bool(path.IsPrimPath() or path.IsPrimVariantSelectionPath())
 
 
 def _whence(layer: Any, name: str, first: Any, root: str) -> str:
@@ -106,7 +111,7 @@ def _whence(layer: Any, name: str, first: Any, root: str) -> str:
     found: list[str] = []
 
     def visit(path: Any) -> None:
-        spec: Any = layer.GetObjectAtPath(path) if path.IsPrimOrPrimVariantSelectionPath() and not found else None
+        spec: Any = layer.GetObjectAtPath(path) if _is_prim(path) and not found else None
         for key in ("references", "payload"):
             if spec is not None and spec.HasInfo(key):
                 listed = spec.GetInfo(key)

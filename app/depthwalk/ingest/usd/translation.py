@@ -21,7 +21,8 @@ from depthwalk.limits import MAX_LOOKUPS, MAX_MESH_BYTES, MEMORY_SHARE
 log = logging.getLogger(__name__)
 
 _WORKER = "depthwalk.ingest.usd.worker"
-# What a translation may take: measured, a crate file of compressed points takes 30 bytes and 0.2 µs per byte.
+# What a translation may take. Measured, per byte of the file: binary meshes 11 bytes and 0.03 µs, a million copies of a
+# PointInstancer 65 bytes and 0.2 µs, instances in text 25 bytes and 1 µs; and 100 MB and 0.4 s for the library.
 _BYTES, _BYTES_PER_BYTE = 1 << 30, 100
 _SECONDS, _SECONDS_PER_BYTE = 60.0, 1e-5
 _KEPT_BYTES = 256 << 20  # of all translations that are kept but the last
