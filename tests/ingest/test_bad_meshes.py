@@ -38,7 +38,8 @@ MESSAGES = {
     "truncated.gltf": "truncated.gltf: its glTF header is not JSON: Expecting value: line 1 column 42 (char 41)",
     "truncated.ply": "truncated.ply: truncated: 2 of 4 PLY face elements",
     "truncated.stl": "truncated.stl: no faces",
-    "unknown.xyz": "unknown.xyz: '.xyz' is not a mesh format (use .obj, .ply, .stl, .off, .glb, .gltf, .usd, .usda, .usdc, .usdz, .las, .laz, "
+    "unknown.xyz": "unknown.xyz: '.xyz' is not a mesh format (use .obj, .ply, .stl, .off, .glb, .gltf, .usd, "
+    ".usda, .usdc, .usdz, .las, .laz, "
     ".fbx, .dae, .3ds, .3mf); save it as .ply",
     "vertex_of_two.obj": "vertex_of_two.obj:1: a vertex needs three numbers",
 }
