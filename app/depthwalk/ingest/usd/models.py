@@ -14,6 +14,7 @@ from depthwalk.ingest.usd.problems import Unread, UsdError
 from depthwalk.limits import MAX_INSTANCES
 
 _Matrices = NDArray[np.float64]  # (…, 4, 4), for column vectors
+_MOST_MOVING = 10_000  # copies with movements of their own, as many as a scene file can hold
 _DEPTH = 64  # copies within copies
 _SHOWN = ("default", "render")  # purposes; "proxy" and "guide" are for those who edit
 _UNREAD = {  # by the name of the type
@@ -82,6 +83,7 @@ class ModelReader:
         """Prepare to read what is shown at a time."""
         self._stands, self._time, self._unread = stands, time, unread
         self._known: dict[object, Model | None] = {}  # None: it is being read
+        self._moving = 0
         self.placed: list[Placed] = []
         self.models: list[Model] = []
 
@@ -141,6 +143,10 @@ class ModelReader:
 
     def _place(self, model: Model, matrix: _Matrices, prim: Any, state: _State) -> None:
         mover = prim if state.moves else None
+        self._moving += mover is not None
+        if mover is not None and self._moving > _MOST_MOVING:
+            mover = None
+            self._unread.count(f"movement beyond {_MOST_MOVING:,}", f"movements beyond {_MOST_MOVING:,}")
         self.placed.append(Placed(model=model, matrix=matrix, name=prim.GetName(), mover=mover))
         if len(self.placed) > MAX_INSTANCES:
             raise UsdError(f"{prim.GetPath()}: more than {MAX_INSTANCES} objects")

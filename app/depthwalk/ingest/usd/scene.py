@@ -26,7 +26,6 @@ from depthwalk.limits import MAX_INSTANCES
 
 _Matrices = NDArray[np.float64]  # (…, 4, 4), for column vectors
 _Y_FROM_Z = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
-_MOST_MOVING = 10_000  # copies with movements of their own
 
 
 class Translation(NamedTuple):
@@ -67,7 +66,7 @@ def translate(path: str, root: str) -> Translation:
     reader = ModelReader(Stands(builder, nodes, pictures, time, unread), time, unread)
     reader.read(stage.GetPseudoRoot())
     meshes = _Meshes(MeshWriter(builder, Materials(builder, pictures, time, unread), time, unread))
-    _place_moving(reader, meshes, Movements(stage, builder, nodes, unread), builder, unread)
+    _place_moving(reader, meshes, Movements(stage, builder, nodes, unread), builder)
     nodes.add_copies(list(_still_copies(reader, meshes)))
     if texts := unread.texts():
         builder.header.setdefault("extras", {})["unread"] = texts
@@ -136,17 +135,11 @@ def spread(placed: Sequence[Placed], models: Sequence[Model]) -> Iterator[tuple[
         yield model, every
 
 
-def _place_moving(
-    reader: ModelReader, meshes: _Meshes, movements: Movements, builder: GlbBuilder, unread: Unread
-) -> None:
+def _place_moving(reader: ModelReader, meshes: _Meshes, movements: Movements, builder: GlbBuilder) -> None:
     """Write what moves: a node for each, with nodes for the meshes below it."""
-    left = _MOST_MOVING
     for placed in reader.placed:
         if placed.mover is None:
             continue
-        left -= 1
-        if left < 0:
-            raise UsdError(f"{placed.mover.GetPath()}: with it more than {_MOST_MOVING} objects move")
         node = movements.add(placed.mover)
         still = Placed(model=placed.model, matrix=np.eye(4), name=placed.name)
         for model, inside in spread([still], reader.models):
