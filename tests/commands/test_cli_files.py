@@ -28,7 +28,8 @@ from glb_files import Glb
         ),
         (
             "court.txt",
-            "'.txt' is not a mesh format (use .obj, .ply, .stl, .off, .glb, .gltf, .usd, .usda, .usdc, .usdz, .las, .laz, .fbx, .dae, .3ds, .3mf)",
+            "'.txt' is not a mesh format (use .obj, .ply, .stl, .off, .glb, .gltf, "
+            ".usd, .usda, .usdc, .usdz, .las, .laz, .fbx, .dae, .3ds, .3mf)",
         ),
     ],
 )
