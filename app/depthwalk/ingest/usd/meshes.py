@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pxr import UsdGeom, UsdShade
 
 from depthwalk.geometry.distinct import distinct_numbers
-from depthwalk.ingest.interchange.triangulation import triangulated
+from depthwalk.geometry.triangulation import triangulated
 from depthwalk.ingest.usd.glb import GlbBuilder, Header
 from depthwalk.ingest.usd.materials import Look, Materials
 from depthwalk.ingest.usd.problems import Unread, UsdError
