@@ -132,16 +132,17 @@ converted as glTF is; `depthwalk convert city.usda` makes a scene of it.
 | | as a mesh | by `convert` |
 |---|---|---|
 | `Mesh`: polygons, also concave ones, holes, `orientation`, normals, `displayColor` | yes | yes |
-| transforms, `upAxis`, `metersPerUnit` (0.01 unless the file says otherwise), visibility, the purposes `default` and `render` | yes | yes |
+| transforms, `upAxis`, `metersPerUnit` (if absent, 0.01), visibility, purposes `default` and `render` | yes | yes |
 | `UsdPreviewSurface` with `UsdUVTexture`, `UsdPrimvarReader`, `UsdTransform2d`; `GeomSubset` | yes | yes |
-| instances (`instanceable`), `PointInstancer`, also within each other | as triangles, if these are few | objects of one asset |
+| instances (`instanceable`), `PointInstancer`, also nested | as triangles, if these are few | objects of one asset |
 | perspective cameras | no | the first |
 | `DistantLight`, `SphereLight`, also with a cone | no | sun, lamps |
 | `DomeLight` with a picture, turned about the vertical | no | sky |
 | transforms that change over time | at their first time | keyframes |
 | subdivision surfaces | their cages | their cages |
 | skins, shapes that change over time, copies that move in a `PointInstancer` | as stored | as stored |
-| curves, points, volumes, spheres and other primitives, area lights, MaterialX, textures in tiles, variants that are not selected, value clips | no | no |
+| curves, points, volumes, spheres and other primitives, area lights | no | no |
+| MaterialX, textures in tiles, variants that are not selected, value clips | no | no |
 
 - Of a picture the colours, opacity, emission, normals, roughness and metalness are read, from one channel or three,
   with `scale` and `bias` where a single channel is read. The textures of a material share the coordinates of its first

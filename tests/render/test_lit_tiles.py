@@ -69,7 +69,8 @@ def test_vertices_carry_what_finds_their_point_again(gl_device: Device) -> None:
     program = gl_device.context.program(
         vertex_shader=ShaderSource("warp/warp.vert", "#define LIT\n").text, varyings=varyings
     )
-    program["DepthObject"].binding = DEPTH_OBJECT_BLOCK["DepthObject"]
+    members: Any = program
+    members["DepthObject"].binding = DEPTH_OBJECT_BLOCK["DepthObject"]
     block = scope.buffer(depth_object_record(box_low=-1, box_size=2))
     block.bind_to_uniform_block(DEPTH_OBJECT_BLOCK["DepthObject"])
     vertices, instances = scope.buffer(samples), scope.buffer(records)

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -60,7 +61,8 @@ def test_pass_one_matches_its_twin(gl_device: Device) -> None:
     program = gl_device.context.program(
         vertex_shader=ShaderSource("warp/warp.vert", "").text, varyings=("gl_Position",)
     )
-    program["DepthObject"].binding = DEPTH_OBJECT_BLOCK["DepthObject"]
+    members: Any = program
+    members["DepthObject"].binding = DEPTH_OBJECT_BLOCK["DepthObject"]
     block = scope.buffer(depth_object_record(box_low=low, box_size=size))
     block.bind_to_uniform_block(DEPTH_OBJECT_BLOCK["DepthObject"])
     vertices, instances = scope.buffer(samples), scope.buffer(records)
