@@ -222,7 +222,7 @@ depth that it tests against counts as read.
 _DECLARED = """
 ## Parameters
 
-A parameter is declared once, in `scene/render_settings.py` or one of the three `…_settings.py` beside it; from there it
+A parameter is declared once, in `scene/render_settings.py`, `object_settings.py` or `effect_settings.py`; from there it
 comes to the scene file, the window's panel (Tab), the option `--set KEY=VALUE` and this page:
 `depthwalk render scene.yaml -o out.png --set render.lod.bias=1`.
 

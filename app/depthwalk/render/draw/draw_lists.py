@@ -116,7 +116,7 @@ class DrawList:
 
 @dataclass(kw_only=True)
 class ImpostorQuads:
-    """Hold the rectangles that pass 2 draws, one for each impostor.
+    """Hold what pass 2 draws for the impostors: for each a rectangle less its empty corners, an octagon.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Composite: draw every impostor tile as a rectangle with the true depth of each pixel, less its empty corners.
+"""Composite: draw every impostor tile as an octagon of its plane, with the true depth of each pixel.
 
 The second pass of Liu, Liu and Wu 2007 (§2.5). Where a tile stores λ at the point X of its plane, the viewer C sees the
 surface at P = C + (X − C) / λ (§2.2). This writes P's distance, and which object and image the pixel shows, into the
