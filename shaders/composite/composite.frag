@@ -1,6 +1,6 @@
 // Reconstructs the surface behind each pixel of an impostor tile's rectangle, in view space: P = C + (X − C) / λ for the viewer
 // C that the tile was warped for (Liu, Liu and Wu 2007, §2.2: Z_t = D_t + depth). True depth makes objects, meshes and effects
-// meet correctly. What is in front in the end is looked up later, once per pixel.
+// meet correctly. What is in front in the end is looked up later, once per pixel. Twin: `unwarp` of reference/warp.py.
 //
 // ALIGNED: the tile's texels are the picture's pixels. Then w is the plane's distance along the view axis, so λ/w is 1 over
 // the surface's: its depth is affine in what the tile stores, and there is nothing to resample. Else the tile is resampled:

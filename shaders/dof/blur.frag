@@ -1,4 +1,5 @@
-// Blurs the picture in one direction of the separable Gaussian, in linear light (Huang et al. 2008, formula 5).
+// Blurs the picture in one direction of the separable Gaussian, in linear light (Huang et al. 2008, formula 5). Twin:
+// reference/dof_paper.py.
 #from depthwalk.render.view.lens import GAUSSIAN_RADIUS
 uniform sampler2D picture;
 uniform ivec2 along;            // from one tap to the next

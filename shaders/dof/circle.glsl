@@ -1,5 +1,5 @@
 // Computes circles of confusion from the depth buffer, in pixels (Huang et al. 2008, formulas 1 and 2). They are affine in
-// depth, as 1 over the distance is. Twin: reference/dof.py.
+// depth, as 1 over the distance is. Twin: `circle_radius` of render/view/lens.py.
 #include "common/distance.glsl"
 uniform vec3 circle_from_depth;     // radius at depth 0, pixels; its increase up to depth 1; radius of the sky
 uniform float largest;              // radius, pixels

@@ -1,5 +1,5 @@
 // Classifies how each tile is gathered, by the circles of confusion in and around it (`TileClass`). Writes its class, and the
-// bits of the classes around it, since filters read across a tile's border.
+// bits of the classes around it, since filters read across a tile's border. Twin: reference/dof_tiles.py.
 #from depthwalk.render.view.lens import LEAST_HALF, LEAST_QUARTER, EVEN, LEAST_STEP, SHARP_RADIUS, TileClass as TILE
 uniform sampler2D range_texture;    // of `spread`
 layout(location = 0) out vec4 classes;

@@ -1,4 +1,5 @@
 // Averages each pixel over its circle of confusion, where all circles around are about equal and there is no occlusion.
+// Twin: reference/dof.py.
 #from depthwalk.render.view.lens import SHARP_RADIUS, RAY_DENSITY, MIN_RAYS, LINEAR_BLUR
 uniform sampler2D sharp_texture;    // the picture as it was, linear filter
 uniform int most_rays;

@@ -1,6 +1,6 @@
 // Mixes the sharp and the blurred picture by the circle of confusion, at DISC_POINTS points of it, in linear light (Huang
 // et al. 2008, §2.3). Points in front of the pixel count by their own blur, so that sharp surfaces do not bleed into those
-// behind them. Twin: reference/dof.py.
+// behind them. Twin: reference/dof_paper.py.
 #include "dof/circle.glsl"
 #from depthwalk.render.view.lens import DISC_POINTS
 uniform sampler2D lit_texture;      // as it was

@@ -1,6 +1,7 @@
 // Finds the least and the greatest circle of confusion, in pixels, that may reach into each tile: its own, and those of tiles
 // around that are larger than the gap in between (McGuire et al. 2012, with the gap in place of the next neighbours). Also
 // writes the least circle and the largest difference between neighbours in all tiles within reach.
+// Twin: reference/dof_tiles.py.
 uniform sampler2D tile_texture;
 uniform int tile_side;      // pixels
 uniform float largest;      // radius, pixels

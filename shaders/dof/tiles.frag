@@ -1,5 +1,5 @@
 // Finds the least and the greatest circle of confusion, in pixels, of each tile of the picture (McGuire et al. 2012), and the
-// largest difference of circles within the width of two blocks.
+// largest difference of circles within the width of two blocks. Twin: reference/dof_tiles.py.
 uniform sampler2D circles_texture;  // of `reduce`
 uniform int tile_side;              // of its pixels
 layout(location = 0) out vec4 found;

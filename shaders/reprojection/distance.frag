@@ -1,5 +1,5 @@
 // Writes the distances of a finished picture's surfaces along the view axis, metres; BEYOND where nothing was drawn. They are
-// negative where a nearer surface begins beside a pixel.
+// negative where a nearer surface begins beside a pixel. Twin: reference/finished_picture.py.
 #from depthwalk.render.reprojection.reprojection import BEYOND, HIDDEN
 uniform sampler2D depth_texture;
 uniform vec2 planes;            // near and far plane, metres

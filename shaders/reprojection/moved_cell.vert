@@ -1,5 +1,6 @@
 // Places each cell of a finished picture where a camera that has moved sees the nearest surface in it: a rectangle about the
 // cell, as far ahead as that surface. Coordinates are those of reprojection.frag.
+// Twin: reference/reprojection.py.
 //
 // MOVED: that of the nearest surface that moves by itself.
 #from depthwalk.render.reprojection.nearest_cells import CELL

@@ -1,4 +1,5 @@
 // Writes the velocity of the nearest surface that moves in each cell of a finished picture, and its distance ahead, metres.
+// Twin: reference/finished_picture.py.
 #from depthwalk.render.reprojection.nearest_cells import CELL, MOVING_STRIDE
 #from depthwalk.render.reprojection.reprojection import BEYOND
 uniform sampler2D distances;

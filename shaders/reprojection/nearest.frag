@@ -1,4 +1,5 @@
-// Writes the distance ahead of the nearest surface in each cell of a finished picture, metres.
+// Writes the distance ahead of the nearest surface in each cell of a finished picture, metres. Twin:
+// reference/finished_picture.py.
 #from depthwalk.render.reprojection.nearest_cells import CELL, STRIDE
 uniform sampler2D distances;
 

@@ -1,5 +1,6 @@
 // Measures how far from plane each cell of a finished picture is: the largest deviation of an inverse distance in it from the
-// plane through those at its corners, 1/m. A plane of the scene has inverse distances that are linear in the picture.
+// plane through those at its corners, 1/m. A plane of the scene has inverse distances that are linear in the picture. Twin:
+// reference/finished_picture.py.
 //
 // MOVED: `MOVES` where anything moves by itself in the cell of `CELL` pixels around it.
 #from depthwalk.render.reprojection.nearest_cells import CELL

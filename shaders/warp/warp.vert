@@ -1,6 +1,7 @@
 // Warps every depth sample within a plane that touches the object, toward the epipole, into its impostor
 // tile. From the object frame to clip space of the atlas, Liu, Liu and Wu 2007, §2.2 and §3.2:
 //   X = e + (1 − Table(depth))·(S − e),  1 − Table = λ = D_t / (D_t + depth).
+// Twin: reference/warp.py.
 #include "common/displace.glsl"
 
 in uvec4 in_sample;      // position within the box, number of the image

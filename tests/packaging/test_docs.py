@@ -186,6 +186,28 @@ def test_pages_that_the_code_names_exist() -> None:
     assert not [(source, page) for source, page in named if not (ROOT / "docs" / page).is_file()]
 
 
+def test_shaders_and_twins_that_the_code_names_exist() -> None:
+    """A shader names its twin as a path within the package; everything else names shaders from the root."""
+    shaders, missing = ROOT / "shaders", []
+    for source in [*PACKAGE.rglob("*.py"), *shaders.rglob("*.*")]:
+        text = " ".join(line.strip(" /") for line in source.read_text(encoding="utf-8").splitlines())
+        named = [ROOT / path for path in re.findall(r"shaders/\w+/\w+\.(?:glsl|vert|frag)", text)]
+        if source.is_relative_to(shaders):
+            named += [PACKAGE / path for path in re.findall(r"[Tt]win: (?:`\w+` of )?([\w/]+\.py)", text)]
+        missing += [(source.name, path) for path in named if not path.is_file()]
+    assert not missing
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_names_that_stand_behind_a_file_are_in_it(page: str) -> None:
+    """As in `reprojection_error.py: due`."""
+    wrong = []
+    for file, names in re.findall(r"`([\w/]+\.py): ([\w., ]+)`", TEXTS[page]):
+        texts = [path.read_text(encoding="utf-8") for path in PACKAGE.rglob(Path(file).name)]
+        wrong += [name for name in re.findall(r"\w+", names) if not any(re.search(rf"\b{name}\b", t) for t in texts)]
+    assert not wrong
+
+
 @pytest.mark.parametrize("name", ["cylinder", "shift", "impostor", "cases"])
 def test_figures_are_up_to_date(name: str) -> None:
     figures = runpy.run_path(str(ROOT / "docs" / "figures.py"))

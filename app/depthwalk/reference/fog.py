@@ -1,4 +1,4 @@
-"""Compute how fog, whose density decreases with height, dims light; this is the twin of shaders/fog/fog.frag.
+"""Compute how fog, whose density decreases with height, dims light; this is the twin of shaders/fog/fog.glsl.
 
 Light is lost along a ray by the Beer–Lambert law: the transmittance is exp(−∫ density ds). The density is constant up
 to a height and decreases exponentially above it, for which the integral has a closed form (Wenzel 2006, "Real-Time
