@@ -1,6 +1,7 @@
 // Transforms the vertices of mesh clusters from their asset's frame to clip space, as mesh.vert does. PAINTED, NORMAL_MAP, NUMBERED: see mesh.frag.
 #include "common/cluster_vertex.glsl"
 #include "common/rotation.glsl"
+#include "common/srgb.glsl"
 #include "common/view.glsl"
 #ifdef PAINTED
 uniform sampler2D cluster_colours;   // sRGB
@@ -30,7 +31,7 @@ void main() {
     normal = rotate(rotation, vec3(position.w, look.xy));
 #ifdef PAINTED
     vec3 srgb = record_part(cluster_colours, 1, vertex, 0).rgb;
-    colour = mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)), step(0.04045, srgb));
+    colour = linear_from_srgb(srgb);
     uv = look.zw;
 #endif
 #ifdef NORMAL_MAP

@@ -1,5 +1,6 @@
 // Transforms ordinary polygons, instanced, from their asset's frame to clip space. PAINTED, NORMAL_MAP, NUMBERED: see mesh.frag.
 #include "common/rotation.glsl"
+#include "common/srgb.glsl"
 #include "common/view.glsl"
 
 in vec3 in_position;    // asset frame, metres
@@ -30,7 +31,7 @@ void main() {
     vec3 from_viewer = in_origin + in_scale * rotate(in_rotation, in_position);
     normal = rotate(in_rotation, in_normal);
 #ifdef PAINTED
-    colour = mix(in_colour / 12.92, pow((in_colour + 0.055) / 1.055, vec3(2.4)), step(0.04045, in_colour));
+    colour = linear_from_srgb(in_colour);
     uv = in_uv;
 #endif
 #ifdef NORMAL_MAP
