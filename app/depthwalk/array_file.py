@@ -26,8 +26,8 @@ _HEADER = re.compile(
     re.DOTALL,
 )
 
-SMALLEST = 9  # of the levels at which zlib compresses: files a hundredth smaller than at `USUAL`, in twice the time
-USUAL = 6
+# Levels at which zlib compresses. Files of the second are a hundredth smaller, and take twice the time to write.
+USUAL, SMALLEST = 6, 9
 
 
 def write_arrays(path: Path, arrays: Mapping[str, Any], compression: int = 0) -> None:

@@ -74,7 +74,6 @@ def clustered_surface(
     at_end
         (n,) which vertices lie where a surface ends: a boundary between two of them is held more firmly. None for
         none.
-        none.
 
     Returns
     -------
@@ -176,9 +175,7 @@ def _feature_quadric(corners: Ints, features: SharpFeatures, area: Array) -> Arr
     own, quadric = np.zeros((2, len(_PAIRS[0]), count))
     _add_planes(own, (np.arange(count),), features.normal, features.point, np.ones(count))
     for column, values in zip(quadric, own, strict=True):
-        a, b, c = (
-            values.take(corner) for corner in corners
-        )  # `mean` along so short an axis takes several times as long
+        a, b, c = (values.take(corner) for corner in corners)
         mean = (a + b + c) / 3 * area  # `mean` along so short an axis takes several times as long
         for corner in corners:
             column += np.bincount(corner, mean, count)

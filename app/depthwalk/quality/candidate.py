@@ -25,9 +25,9 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality.views import SPHERE, away, bounding_sphere
 from depthwalk.types import Array
 
-SAMPLES = 4000
+SAMPLES = 4000  # points on the surface
 LEAST_PART = 0.001  # of the surface; smaller parts are not counted
-LOW_COVERAGE, MANY_PARTS, MUCH_THIN = 0.98, 16, 0.02
+LOW_COVERAGE, MANY_PARTS, MUCH_THIN = 0.98, 16, 0.02  # least `coverage`, most `parts` and `thin` without a warning
 FOLIAGE = 0.15  # part of the surface that is thin, from which the other criteria do not count if silhouettes are wrong
 MUCH_DEEPER = 1.0  # texels², of the mean footprint
 

@@ -65,7 +65,7 @@ def wheel_cover() -> Solid:
 
 def wing() -> Solid:
     """Return a wing, tapered and swept back, of the section NACA 0012 with 22 points at either end: 44 vertices."""
-    along = (1 - np.cos(np.pi * np.arange(12) / 11)) / 2  # denser towards the leading edge
+    along = (1 - np.cos(np.pi * np.arange(12) / 11)) / 2  # denser towards both edges
     thickness = 0.6 * np.polyval([-0.1036, 0.2843, -0.3516, -0.126, 0], along) + 0.6 * 0.2969 * np.sqrt(along)
     upper, lower = (np.stack([along, side * thickness], -1) for side in (1, -1))
     section = np.concatenate([upper, lower[1:-1]])  # they share both ends
