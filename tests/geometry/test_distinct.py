@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from depthwalk.geometry.distinct import distinct_numbers
+from depthwalk.geometry.distinct import distinct_numbers, sorted_distinct
 from depthwalk.types import Ints
 
 
@@ -16,6 +16,8 @@ def test_the_same_as_numpy_finds(numbers: Ints) -> None:
     for found, wanted in zip(distinct_numbers(numbers), expected, strict=True):
         np.testing.assert_array_equal(found, wanted)
         assert found.dtype == np.int64
+    np.testing.assert_array_equal(sorted_distinct(numbers), expected[0])
+    np.testing.assert_array_equal(sorted_distinct(-numbers.reshape(1, -1)), -expected[0][::-1])
 
 
 @pytest.mark.parametrize("most", [10, 30_000, 2**40])

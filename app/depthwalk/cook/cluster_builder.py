@@ -19,6 +19,7 @@ from depthwalk.cook.cluster_output import Output, no_clusters
 from depthwalk.cook.cluster_table import Clusters, Groups, cluster_bounds, enclosing
 from depthwalk.cook.group_simplification import COLOURS, NORMALS, Batch, Surface, shared_places, simplify
 from depthwalk.cook.mesh_clusters import MeshClusters
+from depthwalk.geometry.distinct import sorted_distinct
 from depthwalk.geometry.spatial_order import kd_tree_order, within_runs
 from depthwalk.geometry.triangles import row_ids
 from depthwalk.ingest.mesh import Mesh
@@ -239,8 +240,7 @@ def _vertices_by_part(
     new = np.empty(count, np.int32)
     begins = np.flatnonzero(np.diff(part, prepend=-1))
     for begin, end in zip(begins, [*begins[1:], len(part)], strict=True):
-        used = np.sort(faces[begin:end], axis=None)
-        used = used[np.diff(used, prepend=-1) > 0]
+        used = sorted_distinct(faces[begin:end])
         new[used] = total + np.arange(len(used))
         triangles.append(new[faces[begin:end]])
         sources.append(used)

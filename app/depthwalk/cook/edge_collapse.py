@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from depthwalk.cook.quadrics import ClusteredSurface, optimal_points, squared_distances
+from depthwalk.geometry.distinct import sorted_distinct
 from depthwalk.geometry.indexed_triangles import (
     PAIR_BITS,
     any_corner,
@@ -173,8 +174,7 @@ def _new_edges(triangles: Ints, new: Mask) -> tuple[Ints, Ints]:
         chosen = np.flatnonzero(marks[one] | marks[other])
         start, end = corners[one].take(chosen), corners[other].take(chosen)
         keys.append(np.minimum(start, end) << PAIR_BITS | np.maximum(start, end))
-    key = np.sort(np.concatenate(keys))
-    key = key[np.diff(key, prepend=-1) > 0]  # np.unique hashes, at ten times the cost
+    key = sorted_distinct(np.concatenate(keys))
     return np.asarray(key >> PAIR_BITS), np.asarray(key & (1 << PAIR_BITS) - 1)
 
 

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from depthwalk.cook.quadrics import ClusteredSurface
+from depthwalk.geometry.distinct import sorted_distinct
 from depthwalk.geometry.indexed_triangles import open_edges
 from depthwalk.geometry.triangles import face_normals, sample_batches
 from depthwalk.geometry.vectors import lengths
@@ -69,17 +70,11 @@ def _count_distinct(batches: Iterable[Ints]) -> int:
     """Return how many different numbers there are in several arrays, in memory for little more than these."""
     known, found, count = np.zeros(0, np.int64), [np.zeros(0, np.int64)], 0
     for batch in batches:
-        found.append(_distinct(batch))
+        found.append(sorted_distinct(batch))
         count += len(found[-1])
         if count > max(len(known), _MIN_MERGED):  # rarely, since all are sorted again
-            known, found, count = _distinct(np.concatenate([known, *found])), [], 0
-    return len(_distinct(np.concatenate([known, *found])))
-
-
-def _distinct(numbers: Ints) -> Ints:
-    """Return the different ones of some numbers, in ascending order; quicker than `np.unique`, which hashes them."""
-    ordered = np.sort(numbers)
-    return np.asarray(ordered[np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)]])
+            known, found, count = sorted_distinct(np.concatenate([known, *found])), [], 0
+    return len(sorted_distinct(np.concatenate([known, *found])))
 
 
 def count_silhouette(corners: Array, pixel: float) -> int:

@@ -16,6 +16,7 @@ from depthwalk.cook.cluster_normals import fit_normals, normal_errors
 from depthwalk.cook.cluster_table import Bounds, cluster_bounds
 from depthwalk.cook.group_collapse import collapse_groups
 from depthwalk.cook.seamed_mesh import Vertices
+from depthwalk.geometry.distinct import sorted_distinct
 from depthwalk.parallel import batches
 from depthwalk.types import Array, Ints, Mask, Rows
 
@@ -169,8 +170,7 @@ def simplify(
 
 def _renumbered(numbers: Rows) -> tuple[Rows, Ints]:
     """Return the numbers that occur, ascending, and each as a row of those."""
-    used = np.sort(numbers, axis=None)
-    used = used[np.diff(used, prepend=-1) > 0]  # np.unique hashes, at ten times the cost
+    used = sorted_distinct(numbers)
     return used, np.searchsorted(used, numbers)
 
 

@@ -6,6 +6,7 @@ as fast as sorting rows.
 
 import numpy as np
 
+from depthwalk.geometry.distinct import sorted_distinct
 from depthwalk.geometry.spatial_order import stable_order
 from depthwalk.geometry.triangles import doubled_areas
 from depthwalk.geometry.vectors import lengths
@@ -127,8 +128,7 @@ def distinct_triangles(triangles: Ints) -> Ints:
         return _distinct_rows(triangles[(a != b) & (b != c) & (c != a)])
     # Of the three rotations, the one with the smallest number first has the smallest key.
     keys = [one << 2 * _KEY_BITS | two << _KEY_BITS | three for one, two, three in ((a, b, c), (b, c, a), (c, a, b))]
-    key = np.sort(np.minimum(np.minimum(*keys[:2]), keys[2])[(a != b) & (b != c) & (c != a)])
-    key = key[np.diff(key, prepend=-1) > 0]
+    key = sorted_distinct(np.minimum(np.minimum(*keys[:2]), keys[2])[(a != b) & (b != c) & (c != a)])
     return np.stack([key >> 2 * _KEY_BITS, key >> _KEY_BITS & _KEY_MASK, key & _KEY_MASK], -1)
 
 
@@ -143,9 +143,7 @@ def _distinct_rows(triangles: Ints) -> Ints:
 def any_corner(vertices: Mask, triangles: Ints) -> Mask:
     """Return which of `triangles` (t, 3), numbers of vertices, have a corner in the mask `vertices` (n,): (t,) bool."""
     a, b, c = triangles.T
-    return np.asarray(
-        vertices[a] | vertices[b] | vertices[c]
-    )  # `any` along so short an axis takes several times as long
+    return np.asarray(vertices[a] | vertices[b] | vertices[c])  # `any` along so short an axis takes far longer
 
 
 def drop_unused(triangles: Ints, count: int) -> tuple[Ints, Ints]:
