@@ -1,5 +1,6 @@
 // Smooths edges of the lit picture, in texture space: fast approximate anti-aliasing (Lottes 2009, the variant with five
 // taps of brightness). Where brightness jumps, the picture is blurred along the edge, which is perpendicular to the gradient.
+// Twin: reference/fxaa.py.
 #include "common/brightness.glsl"
 uniform sampler2D lit_texture;      // as it was, linear filter
 uniform float contrast;             // least contrast of an edge, as a part of the brightest pixel around

@@ -1,8 +1,10 @@
 """Edges of brightness are blurred, and nothing else."""
 
 import numpy as np
+import pytest
 
 from alone import MakeAlone
+from depthwalk.reference.fxaa import fxaa
 from depthwalk.render.passes.fxaa import FxaaPass
 from depthwalk.scene.render_settings import RenderSettings
 
@@ -35,3 +37,17 @@ def test_a_stair_is_smoothed_beside_its_step(alone: MakeAlone) -> None:
     assert ((after > 0.05) & (after < 0.95))[3:6, 5:7].any()
     np.testing.assert_array_equal(after[:2], 1)  # far from the edge
     np.testing.assert_array_equal(after[-2:], 0)
+
+
+def test_the_shader_matches_its_twin(alone: MakeAlone) -> None:
+    """Noise over steps of brightness, between pixels that are partly transparent."""
+    made, random = alone(FxaaPass()), np.random.default_rng(2)
+    light = np.ones((8, 12, 4)) * np.repeat([0.05, 0.8, 0.3], 4)[:, None] * random.uniform(0.6, 1, (8, 12, 1))
+    light[3:, :, :3] *= 0.4
+    light[..., 3] = np.where(random.random((8, 12)) < 0.2, 0.5, 1.0)
+    made.fill_lit(light)
+    before = made.lit()
+    made.draw()
+    expected = fxaa(before, made.pass_.params.edge_threshold)
+    assert (expected != before).any(-1).mean() > 0.5
+    assert made.lit() == pytest.approx(expected, abs=2e-3)
