@@ -45,8 +45,8 @@ class TileParams(Params):
 
     tile_mapping: Literal["screen", "plane"] = param(
         "screen",
-        "What an impostor's texels are aligned with: the pixels of the screen, or squares on the impostor's plane as "
-        "in the paper",
+        "What an impostor's texels are aligned with: the pixels of the screen, or rectangles of one size on the "
+        "impostor's plane as in the paper",
     )
     tile_scale: float = param(1.0, "Texels of an impostor per pixel of the screen, along either axis", ge=0.1, le=4)
     cluster_pixels: float = param(

@@ -1,6 +1,6 @@
 """Pass 1's geometry: warp, bounds and cropping, against the NumPy twin and by table."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -185,3 +185,19 @@ def test_a_tile_has_the_resolution_of_the_screen() -> None:
     width, height = tile_sizes(planes, focal, 4096)[0]
     assert width == pytest.approx(focal * (planes.high - planes.low)[0, 0] / planes.distance[0], abs=1)
     assert height == pytest.approx(focal * (Y1 - Y0) / planes.distance[0], abs=1)
+
+
+def test_no_part_of_a_tile_is_coarser_than_the_screen() -> None:
+    """The number of texels follows from the largest angle that a step covers anywhere, and from no larger one."""
+    rng, focal = np.random.default_rng(3), 1e4
+    planes = choose_planes(np.array([[0.0, 0.85, 100.0]]), cylinder()).take(np.zeros(200, int))
+    low = rng.uniform(-2, 2, (200, 2))
+    high = low + rng.uniform(0.1, 2, (200, 2))
+    distance = rng.uniform(0.05, 3, 200)
+    sizes = tile_sizes(replace(planes, low=low, high=high, distance=distance), focal, 1 << 30)
+    for size, first, last, ahead in zip(sizes, low, high, distance, strict=True):
+        s, v = np.meshgrid(*np.linspace(first, last, 201).T)
+        for along, across, texels, length in zip((s, v), (v, s), size, last - first, strict=True):
+            transverse = ahead**2 + across**2
+            steepest = (np.sqrt(transverse) / (transverse + along**2)).max()
+            assert texels == pytest.approx(focal * steepest * length, rel=2e-3, abs=2)

@@ -58,7 +58,8 @@ def screen_extents(view: View, cylinders: Cylinders, margin: float) -> ScreenExt
     ----------
     view : the view of the picture, near and far plane fitted.
     cylinders : the n cylinders, world.
-    margin : pixels by which the rectangles are widened on every side.
+    margin : pixels by which the rectangles are widened on every side; the nearest depths come nearer by the length that
+        they cover there.
 
     Returns
     -------

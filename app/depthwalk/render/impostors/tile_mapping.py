@@ -1,6 +1,6 @@
 """Map the plane of an impostor to the texels of its tile.
 
-There are two layouts, both homographies. `plane_tiles` is the paper's, with texels that are squares on the plane.
+There are two layouts, both homographies. `plane_tiles` is the paper's, with texels of one size on the plane.
 `screen_tiles` composes that with the camera's perspective view of the plane, so that each texel is the pixel that it
 will fill, and pass 2 need not resample.
 """
@@ -59,7 +59,7 @@ class Tiles(StructOfArrays):
 
 
 def plane_tiles(planes: Planes, focal_pixels: float, limit: int) -> tuple[Planes, Tiles]:
-    """Return tiles whose texels are squares on the plane.
+    """Return tiles whose texels are rectangles of one size on the plane.
 
     The planes are returned one texel wider on every side, so that the last texel of the silhouette has a neighbour.
 

@@ -225,10 +225,10 @@ def diagonals_around(s: Array, v: Array, valid: Mask | None = None) -> Array:
 
 
 def tile_sizes(planes: Planes, focal_pixels: float, limit: int) -> NDArray[np.int64]:
-    """Return how many texels give every part of a rectangle at least the resolution of the screen.
+    """Return how many texels give every part of a rectangle at least the resolution in the middle of the screen.
 
-    The angle that a step on the plane covers is largest at the rectangle's point nearest to the epipole, wherever the
-    camera looks.
+    A step along an axis, at (a, b) from the epipole along and across it, covers √t / (t + a²) of its length as an
+    angle, t = D² + b², wherever the camera looks. That is greatest for the least |a|, and the t nearest to a².
 
     Parameters
     ----------
@@ -242,12 +242,9 @@ def tile_sizes(planes: Planes, focal_pixels: float, limit: int) -> NDArray[np.in
     """
     nearest = np.maximum(np.maximum(planes.low, -planes.high), 0)
     farthest = np.maximum(np.abs(planes.low), np.abs(planes.high))
-    squared = planes.distance[:, None] ** 2
-    density = np.zeros_like(nearest)
-    for axis in (0, 1):
-        along, across = nearest[:, axis] ** 2, 1 - axis
-        for aside in (nearest[:, across] ** 2, farthest[:, across] ** 2):
-            transverse = squared[:, 0] + aside
-            density[:, axis] = np.maximum(density[:, axis], np.sqrt(transverse) / (transverse + along))
-    texels = np.ceil(focal_pixels * density * (planes.high - planes.low))
+    along = nearest**2
+    low, high = (planes.distance[:, None] ** 2 + bound[:, ::-1] ** 2 for bound in (nearest, farthest))
+    transverse = np.clip(along, low, high)
+    density = np.sqrt(transverse) / (transverse + along)
+    texels: Array = np.ceil(focal_pixels * density * (planes.high - planes.low))
     return np.clip(texels, 1, limit).astype(np.int64)

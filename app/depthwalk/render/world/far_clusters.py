@@ -20,7 +20,9 @@ from depthwalk.render.world.spatial_cells import SpatialCells, enclosing_boxes
 from depthwalk.types import Ints, Mask, Rows
 
 MEMBERS = 1 << 16 - IMAGE_BITS  # at most: a texel of the atlas holds the member in the bits that its image leaves
-_FAR = 4.0  # least distance, in half diagonals of a cell: parallax within a cluster is then an eighth of its own
+# Least distance, in half diagonals of a cell. The four clusters of a cell are about half as wide as it, so that the
+# parallax within one is an eighth of its own.
+_FAR = 4.0
 
 
 @dataclass(kw_only=True)
