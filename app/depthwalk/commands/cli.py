@@ -28,7 +28,7 @@ SUMMARIES = {
     "bench": "Measure how long the frames of scenes and their passes take.",
     "tables": "Reproduce the papers' tables on this machine, beside the published figures, with additional curves.",
     "advise": "Find the quickest way to draw each asset of a scene on this machine, within an error limit.",
-    "convert": "Make a scene of a glTF file, with a mesh file for each of its models.",
+    "convert": "Make a scene of a glTF or USD file, with a mesh file for each of its models.",
     "check": "Check scene files, path files and meshes without rendering anything.",
     "cache": "Show what the cache of depth images holds, or clear it.",
     "info": "Show versions, the OpenGL renderer and limits, or what files hold.",

@@ -91,10 +91,10 @@ def _found(path: Path) -> Path:
 def own_file(path: Path, option: str) -> Path:
     """Return the file that the user names, beside which the command will write.
 
-    Raises InputError if it is a folder, or only a shipped file has this name; `option` is the option that names another
-    place.
+    Raises InputError if it is a folder without a name, "." or "..", or if only a shipped file has this name; `option`
+    is the option that names another place.
     """
-    if path.is_dir():
+    if path.name in ("", ".."):  # nothing can be written beside it; what else is wrong is told with all other files
         raise InputError(f"{path}: is a folder")
     if (found := given_or_shipped(path)) != path:
         raise InputError(f"{path}: ships with the program; choose a place to write to with {option}")
