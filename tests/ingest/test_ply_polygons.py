@@ -1,6 +1,7 @@
 """PLY files of polygons: of any numbers of corners, concave ones, and what belongs to a face or a corner."""
 
 import struct
+import tracemalloc
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -124,3 +125,31 @@ def test_headers_that_cannot_be_understood_are_left_to_trimesh(tmp_path: Path, r
     assert (
         with_triangles(data, tmp_path) is not None and with_triangles(data.replace(right, wrong, 1), tmp_path) is None
     )
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        (b"\n4 3 2 1 0", b"\ninf 3 2 1 0"),
+        (b"\n3 2 3 8", b"\ninf 2 3 8"),
+        (b"vertex 9", b"vertex 9" + b"0" * 30),
+    ],
+)
+def test_numbers_that_no_file_can_hold_are_damage(tmp_path: Path, right: bytes, wrong: bytes) -> None:
+    path, data = tmp_path / "a.ply", house("ascii")
+    assert right in data
+    path.write_bytes(data.replace(right, wrong, 1))
+    with pytest.raises(InputError, match=r"a\.ply: "):
+        read_soup(path)
+
+
+def test_long_words_take_no_more_memory_than_they_are_long() -> None:
+    lines = ["ply", "format ascii 1.0", "element vertex 20000", *(f"property float {name}" for name in "xyz")]
+    lines += ["element face 1", "property list uchar int vertex_indices", "end_header"]
+    lines += [f"0 0 {'0' * 3000}", *["0 0 0"] * 19_999, "3 0 1 2", ""]
+    tracemalloc.start()
+    try:
+        assert with_triangles("\n".join(lines).encode(), Path("a.ply")) is None
+        assert tracemalloc.get_traced_memory()[1] < 20e6
+    finally:
+        tracemalloc.stop()

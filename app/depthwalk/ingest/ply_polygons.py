@@ -24,6 +24,7 @@ _END = re.compile(rb"^end_header[ \t]*\r?\n", re.MULTILINE)
 _NAMES = {kind: name for name, kind in reversed(TYPES.items())}  # the shorter name of each type
 _TEXTURE_COORDINATES = b"texcoord"
 _AT_ONCE, _LINES_AT_ONCE = 1 << 20, 1 << 16  # numbers and lines that are read at once, which bounds the memory
+_LONGEST_WORD = 400  # characters of a number in text; all words read at once take as much memory as the longest
 
 
 class _Property(NamedTuple):
@@ -88,20 +89,27 @@ def with_triangles(data: bytes, path: Path) -> bytes | None:
         If it has more triangles than are allowed, or they would take more memory than is allowed.
     """
     try:
-        order, elements, comments, start = _header(data)
-        names = [element.name for element in elements]
-        vertex, face = elements[names.index(b"vertex")], elements[names.index(b"face")]
-        if not face.count:
-            return None
-        indices = next(part.name for part in face.properties if part.length and part.name in INDICES)
-        last = max(map(names.index, (b"vertex", b"face")))
-        columns = dict(zip(names[: last + 1], _read(order, elements[: last + 1], data, start), strict=True))
-        sizes, corners = columns[b"face"].lists[indices]
-        if order and (sizes == 3).all() and not vertex.has_lists:
-            return None
-        return _rewritten(columns[b"vertex"], columns[b"face"], (sizes, corners.astype(np.int64)), comments, path)
-    except (ValueError, LookupError, StopIteration):  # damaged, or of no kind that is known: the other readers tell
+        with np.errstate(invalid="ignore", over="ignore"):  # of text, infinity and NaN are cast to whole numbers
+            return _with_triangles(data, path)
+    # Damaged, or of no kind that is known: the other readers tell.
+    except (ValueError, LookupError, OverflowError, StopIteration):
         return None
+
+
+def _with_triangles(data: bytes, path: Path) -> bytes | None:
+    """Do as `with_triangles`; raise ValueError, LookupError, OverflowError or StopIteration for damaged files."""
+    order, elements, comments, start = _header(data)
+    names = [element.name for element in elements]
+    vertex, face = elements[names.index(b"vertex")], elements[names.index(b"face")]
+    if not face.count:
+        return None
+    indices = next(part.name for part in face.properties if part.length and part.name in INDICES)
+    last = max(map(names.index, (b"vertex", b"face")))
+    columns = dict(zip(names[: last + 1], _read(order, elements[: last + 1], data, start), strict=True))
+    sizes, corners = columns[b"face"].lists[indices]
+    if order and (sizes == 3).all() and not vertex.has_lists:
+        return None
+    return _rewritten(columns[b"vertex"], columns[b"face"], (sizes, corners.astype(np.int64)), comments, path)
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], list[bytes], int]:
@@ -120,8 +128,8 @@ def _header(data: bytes) -> tuple[str, list[_Element], list[bytes], int]:
     found: list[tuple[bytes, int, list[_Property]]] = []
     for words in said[1:]:
         if words[0] == b"element":
-            if not words[2].isdigit():
-                raise ValueError("a number of records is none")
+            if not words[2].isdigit() or int(words[2]) > len(data):  # each record takes a byte at least
+                raise ValueError("a number of records is none, or too large for the file")
             found.append((words[1], int(words[2]), []))
         elif words[0] != b"property":
             raise ValueError("neither an element nor a property")
@@ -226,9 +234,16 @@ def _text(element: _Element, lines: Sequence[bytes]) -> _Columns:
     if len(lines) < element.count:
         raise ValueError("the file ends early")
     parts = [lines[at : at + _LINES_AT_ONCE] for at in range(0, len(lines), _LINES_AT_ONCE)]
-    values = [np.array(b" ".join(part).split()).astype(np.float64) for part in parts]
-    rows = _equal_rows(element, np.concatenate(values or [np.zeros(0)]))
+    rows = _equal_rows(element, np.concatenate([_numbers(part) for part in parts] or [np.zeros(0)]))
     return _by_line(element, lines) if rows is None else rows
+
+
+def _numbers(lines: Sequence[bytes]) -> NDArray[np.float64]:
+    """Return the numbers in lines of text. Raises ValueError for what is none."""
+    words = b" ".join(lines).split()
+    if max(map(len, words), default=0) > _LONGEST_WORD:
+        raise ValueError("a number is too long")
+    return np.array(words).astype(np.float64)
 
 
 def _equal_rows(element: _Element, values: NDArray[np.float64]) -> _Columns | None:
