@@ -84,6 +84,12 @@ def test_cameras_and_lights_are_kept(tmp_path: Path) -> None:
     assert spot.intensity == pytest.approx(8 / 4 / (2 * np.pi), abs=1e-3) and spot.angle == pytest.approx(40)
 
 
+def test_a_light_whose_colour_is_no_number_is_white(tmp_path: Path) -> None:
+    sun = prim("DistantLight", "sun", "color3f inputs:color = (nan, inf, 1)")
+    path = write_usda(tmp_path / "scene.usda", xform("World", mesh(), sun))
+    assert load_scene(convert_gltf(path, tmp_path / "made").scene).environment.sun.colour == (1, 1, 1)
+
+
 def test_the_picture_of_a_dome_light_is_the_sky(tmp_path: Path) -> None:
     Image.new("RGB", (4, 2), (200, 0, 0)).save(tmp_path / "sky.png")
     dome = prim(

@@ -213,6 +213,29 @@ def test_what_is_not_read_is_told(tmp_path: Path) -> None:
         assert each in text
 
 
+def test_cameras_and_lights_that_copies_share_are_told(tmp_path: Path) -> None:
+    write_usda(tmp_path / "room.usda", xform("World", mesh(), prim("SphereLight", "lamp"), prim("Camera", "eye")))
+    body = xform("World", xform("room", terms="instanceable = true\nreferences = @./room.usda@"))
+    text = described(write_usda(tmp_path / "a.usda", body))
+    assert "1 light in a copy" in text and "1 camera in a copy" in text
+
+
+def test_a_damaged_picture_and_shaders_in_a_circle_are_told(tmp_path: Path) -> None:
+    noise = np.random.default_rng(0).integers(0, 255, (32, 32), np.uint8)
+    Image.fromarray(noise).save(tmp_path / "rough.png")
+    (tmp_path / "rough.png").write_bytes((tmp_path / "rough.png").read_bytes()[:-300])
+    skin = material("Skin", "float inputs:roughness.connect = <OWN/R.outputs:r>", textures="R=./rough.png")
+    body = xform("World", square(BOUND, UV).replace("(\n", f"(\n{BIND}\n", 1), skin)
+    with pytest.raises(InputError, match=r"a\.usda: the picture @\./rough\.png@ is damaged"):
+        load_mesh(write_usda(tmp_path / "a.usda", body))
+    turned = 'uniform token info:id = "UsdTransform2d"\nfloat2 inputs:in.connect = <OWN/Reader.outputs:result>'
+    circle = turned.replace("OWN", "/World/Skin")
+    assert 'uniform token info:id = "UsdPrimvarReader_float2"' in body
+    body = body.replace('uniform token info:id = "UsdPrimvarReader_float2"', circle)
+    with pytest.raises(InputError, match=r"a\.usda: a shader reads what it makes itself, in a circle"):
+        load_mesh(write_usda(tmp_path / "a.usda", body))
+
+
 CASES = {
     "index": (mesh(faces="0, 9, 1", sizes="3"), "/World/mesh: faceVertexIndices refers to point 9 of 0 to 3"),
     "count": (mesh(sizes="3, 3"), "/World/mesh: faceVertexCounts add up to 6 corners, faceVertexIndices lists 12"),

@@ -3,12 +3,14 @@
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.reader import read_soup
 from depthwalk.ingest.usd import translation
+from depthwalk.ingest.watched_process import Answer
 from usd_files import mesh, translate_here, write_usda, xform
 
 
@@ -51,6 +53,23 @@ def test_a_translation_is_kept_until_a_file_changes(tmp_path: Path, monkeypatch:
         assert translation.translated(path) is first
     write_usda(tmp_path / "part.usda", xform("World", mesh(), mesh("other")))
     assert len(translation.translated(path)) > len(first)
+
+
+@pytest.mark.usefixtures("_library")
+def test_a_file_that_is_written_while_it_is_read_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    translate_here(monkeypatch)
+    path = write_usda(tmp_path / "a.usda", xform("World", mesh()))
+    run = vars(translation)["run_watched"]  # in this process
+
+    def written_meanwhile(*request: Any, **limits: Any) -> Answer:
+        answer = run(*request, **limits)
+        write_usda(path, xform("World", mesh(), mesh("other")))
+        return answer
+
+    with monkeypatch.context() as patch:
+        patch.setattr(translation, "run_watched", written_meanwhile)
+        before = translation.translated(path)
+    assert len(translation.translated(path)) > len(before)
 
 
 def test_without_the_library_its_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

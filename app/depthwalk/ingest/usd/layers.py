@@ -6,6 +6,7 @@ walked through before they are composed, and what they name is resolved here as 
 
 import os
 import re
+from pathlib import Path
 from typing import Any
 
 from pxr import Ar, Sdf, Usd
@@ -57,7 +58,7 @@ def file_in(resolved: str) -> str:
 
 def is_inside(resolved: str, root: str) -> bool:
     """Return whether a resolved path lies in a folder, which has no symbolic links."""
-    return os.path.commonpath([file_in(resolved), root]) == root
+    return Path(file_in(resolved)).is_relative_to(root)
 
 
 def _check_layers(first: Any, root: str, unread: Unread) -> None:

@@ -50,6 +50,13 @@ class Stands:
             return False
         return True
 
+    def note_copied(self, prim: Any) -> None:
+        """Count a camera or a light that copies share as unread."""
+        if prim.IsA(UsdGeom.Camera):
+            self._unread.count("camera in a copy", "cameras in copies")
+        elif prim.HasAPI(UsdLux.LightAPI):
+            self._unread.count("light in a copy", "lights in copies")
+
     def _add_camera(self, camera: Any, matrix: _Matrix) -> None:
         height = self._number(camera.GetVerticalApertureAttr(), 0.0)
         focus = self._number(camera.GetFocalLengthAttr(), 0.0)
@@ -87,7 +94,8 @@ class Stands:
 
     def _radiance(self, light: Any) -> tuple[list[float], float]:
         """Return the colour of a light, and its radiance before it is normalised."""
-        colour = [max(float(term), 0.0) for term in light.GetColorAttr().Get(self._time) or (1.0, 1.0, 1.0)]
+        given = light.GetColorAttr().Get(self._time) or (1.0, 1.0, 1.0)
+        colour = [max(float(term), 0.0) if math.isfinite(term) else 1.0 for term in given]
         if light.GetEnableColorTemperatureAttr().Get(self._time):
             tint = UsdLux.BlackbodyTemperatureAsRgb(self._number(light.GetColorTemperatureAttr(), 6500.0))
             colour = [term * max(float(other), 0.0) for term, other in zip(colour, tint, strict=True)]

@@ -83,7 +83,7 @@ class ModelReader:
         """Prepare to read what is shown at a time."""
         self._stands, self._time, self._unread = stands, time, unread
         self._known: dict[object, Model | None] = {}  # None: it is being read
-        self._moving = 0
+        self._moving, self._depth = 0, 0
         self.placed: list[Placed] = []
         self.models: list[Model] = []
 
@@ -127,6 +127,8 @@ class ModelReader:
             self._add_mesh(prim, matrix, state, model)
         elif model is None and self._stands.add(prim, matrix):
             return True
+        elif model is not None and not prim.IsA(UsdGeom.Gprim):
+            self._stands.note_copied(prim)
         elif shown and prim.IsA(UsdGeom.Gprim):
             name = str(prim.GetTypeName())
             self._unread.count(*_UNREAD.get(name, (name.split("_")[0].lower(),)))
@@ -243,15 +245,15 @@ class ModelReader:
         if known is not None:
             return known
         where = str(instance.GetPath())
-        if key in self._known or sum(each is None for each in self._known.values()) > _DEPTH:
+        if key in self._known or self._depth > _DEPTH:
             raise UsdError(f"{where}: is a copy within itself, or within more than {_DEPTH} others")
-        self._known[key] = None
+        self._known[key], self._depth = None, self._depth + 1
         specs = instance.GetPrimStack()
         model = Model(name=specs[-1].name if specs else instance.GetName(), where=where)
         predicate = Usd.PrimIsActive & Usd.PrimIsLoaded
         inner = state._replace(moves=False)
         for child in [root] if whole else root.GetFilteredChildren(predicate):
             self._walk(child, predicate, np.eye(4), inner, model)
-        self._known[key] = model
+        self._known[key], self._depth = model, self._depth - 1
         self.models.append(model)
         return model

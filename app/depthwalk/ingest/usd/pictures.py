@@ -83,7 +83,7 @@ class Pictures:
             height = max(image.height for image in opened.values())
             if coarse:
                 width, height = min(width, _COARSE), min(height, _COARSE)
-            decoded = {number: _pixels(image, width, height) for number, image in opened.items()}
+            decoded = {number: self._pixels(number, image, width, height) for number, image in opened.items()}
             values = np.empty((height, width, 4), np.uint8)
             for place, each in enumerate(channels):
                 values[..., place] = (
@@ -120,6 +120,14 @@ class Pictures:
     def _opened(self, number: int) -> Any:
         return _image(self._contents[number][1])
 
+    def _pixels(self, number: int, image: Any, width: int, height: int) -> NDArray[np.uint8]:
+        """Return the pixels (height, width, 4) of a picture, resized. Raises UsdError if it is damaged."""
+        try:
+            image = image.convert("RGBA")
+        except Exception:  # Pillow's plugins raise nearly anything
+            raise UsdError(f"the picture @{self._contents[number][0][:200]}@ is damaged") from None
+        return np.asarray(image if image.size == (width, height) else image.resize((width, height)), np.uint8)
+
     def _written(self, data: bytes, mime: str, name: str) -> int:
         image = self._builder.add(
             "images", {"bufferView": self._builder.view(data), "mimeType": mime, "name": name[:60]}
@@ -136,12 +144,6 @@ def _image(data: bytes) -> Any:
     if image.width * image.height > MAX_TEXTURE_PIXELS:
         raise ValueError("too many pixels")
     return image
-
-
-def _pixels(image: Any, width: int, height: int) -> NDArray[np.uint8]:
-    """Return the pixels (height, width, 4) of a picture, resized."""
-    image = image.convert("RGBA")
-    return np.asarray(image if image.size == (width, height) else image.resize((width, height)), np.uint8)
 
 
 def _scaled(values: NDArray[np.uint8], scale: float, bias: float) -> NDArray[np.uint8]:

@@ -6,9 +6,11 @@ usd-core is C++ that believes the sizes in a damaged file; a process of its own 
 import json
 import logging
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
+from threading import Lock
 from typing import NamedTuple
 
 from depthwalk.budget import machine_memory
@@ -37,6 +39,7 @@ class _Kept(NamedTuple):
 
 
 _kept: dict[Path, _Kept] = {}  # the oldest first
+_keeping = Lock()
 
 
 def translated(path: Path) -> bytes:
@@ -68,7 +71,8 @@ def translated(path: Path) -> bytes:
         raise InputError(f"{path}: `{install_command('usd')}` installs what reads USD files")
     if (kept := _kept.get(path)) is not None and _stamps(kept.stamps) == kept.stamps:
         return kept.data
-    length = sum(_sizes_beside(path))
+    beside = _stamps_beside(path)
+    length = sum(min(stamp[1], MAX_MESH_BYTES) for stamp in beside.values() if stamp is not None)
     most_bytes = min(_BYTES + _BYTES_PER_BYTE * length, int(MEMORY_SHARE * machine_memory()))
     request = json.dumps({"path": str(path.resolve()), "root": str(path.resolve().parent)}).encode()
     answer = run_watched(_WORKER, [request], most_bytes=most_bytes, most_seconds=_SECONDS + _SECONDS_PER_BYTE * length)
@@ -86,7 +90,8 @@ def translated(path: Path) -> bytes:
         log.warning("%s: %s", path, warning)
     data = bytes(messages[1])
     if not said["warnings"]:  # such as of a picture that is missing, and may come
-        _keep(path, _Kept(_stamps(said["files"]), data))
+        # By the stamps from before the files were read: one that was written meanwhile counts as changed.
+        _keep(path, _Kept({file: beside.get(file) for file in said["files"]}, data))
     return data
 
 
@@ -105,22 +110,18 @@ def _stamps(files: Iterable[str]) -> dict[str, tuple[int, int] | None]:
 
 def _keep(path: Path, made: _Kept) -> None:
     """Keep a translation, and forget the oldest ones if all together are too long."""
-    _kept.pop(path, None)
-    _kept[path] = made
-    for oldest in list(_kept)[:-1]:
-        if sum(len(each.data) for each in _kept.values()) > _KEPT_BYTES:
-            _kept.pop(oldest, None)
+    with _keeping:
+        _kept.pop(path, None)
+        _kept[path] = made
+        for oldest in list(_kept)[:-1]:
+            if sum(len(each.data) for each in _kept.values()) > _KEPT_BYTES:
+                del _kept[oldest]
 
 
-def _sizes_beside(path: Path) -> Iterator[int]:
-    """Yield the bytes of the files below the folder of a USD file that it may be made of, of the first MAX_LOOKUPS."""
-    left = MAX_LOOKUPS
-    for folder, _, names in os.walk(path.resolve().parent):
-        for name in names:
-            if (left := left - 1) < 0:
-                return
-            if name.lower().endswith((*USD_SUFFIXES, *_PICTURES)):
-                try:
-                    yield min((Path(folder) / name).stat().st_size, MAX_MESH_BYTES)
-                except OSError:
-                    continue
+def _stamps_beside(path: Path) -> dict[str, tuple[int, int] | None]:
+    """Return the stamps of files below the folder of a USD file that it may be made of, of the first MAX_LOOKUPS."""
+    walked = ((folder, name) for folder, _, names in os.walk(path.resolve().parent) for name in names)
+    kinds = (*USD_SUFFIXES, *_PICTURES)
+    return _stamps(
+        os.path.join(folder, name) for folder, name in islice(walked, MAX_LOOKUPS) if name.lower().endswith(kinds)
+    )

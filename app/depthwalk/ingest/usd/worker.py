@@ -40,6 +40,8 @@ def answer(request: bytes) -> Iterator[bytes]:
         yield json.dumps({"error": str(error)}).encode()
     except Tf.ErrorException as error:
         yield json.dumps({"error": told(error, path, root)}).encode()
+    except RecursionError:
+        yield json.dumps({"error": "a shader reads what it makes itself, in a circle"}).encode()
     else:
         yield json.dumps({"warnings": made.warnings, "files": made.files}).encode()
         yield file
