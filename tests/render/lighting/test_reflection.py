@@ -16,7 +16,7 @@ from depthwalk.reference.reflection import (
 from depthwalk.render.lighting.harmonics import polynomials
 from depthwalk.render.lighting.image_sky import ImageSky, image_irradiance, prepare_sky_image, texel_directions
 from depthwalk.render.lighting.irradiance import lighting
-from depthwalk.render.lighting.reflection import PAINTED_WIDTH, ROUGHEST_WIDTH, ReflectedSky, blurred
+from depthwalk.render.lighting.reflection import LEAST_WIDTH, ROUGHEST_WIDTH, ReflectedSky, blurred
 from depthwalk.render.lighting.sky import daylight
 from depthwalk.scene.environment import Environment
 from depthwalk.types import Array
@@ -70,7 +70,7 @@ def painted(**values: Any) -> ReflectedSky:
 def test_levels_halve_down_to_one_row() -> None:
     levels = painted().levels()
     sizes = [level.shape for level in levels]
-    assert sizes == [(PAINTED_WIDTH >> k + 1, PAINTED_WIDTH >> k, 3) for k in range(len(levels))] and sizes[-1][0] == 1
+    assert sizes == [(LEAST_WIDTH >> k + 1, LEAST_WIDTH >> k, 3) for k in range(len(levels))] and sizes[-1][0] == 1
     assert levels[int(painted().uniforms(len(levels))["roughest"])].shape[1] == ROUGHEST_WIDTH
 
 
@@ -80,8 +80,26 @@ def test_the_ground_below_a_painted_sky_is_that_which_lights() -> None:
     half = len(first) // 2
     direction, _ = texel_directions(*first.shape[:2])
     np.testing.assert_allclose(first[half:], np.broadcast_to(reflected.ground, first[half:].shape), rtol=1e-3)
-    seen = reflected.sky.radiance(direction[: half * PAINTED_WIDTH])
+    seen = reflected.sky.radiance(direction[: half * LEAST_WIDTH])
     np.testing.assert_allclose(first[:half].reshape(-1, 3), seen, rtol=1e-3)
+
+
+def test_small_pictures_are_as_blurred_as_large_ones() -> None:
+    """They have no texels as small as the narrowest lobes: without more of them, rough surfaces would show edges."""
+    small, part = picture(16), ((np.arange(16) + 0.5) / 16)[:, None, None]
+    wrapped = np.concatenate([small[:, -1:], small, small[:, :1]], 1)
+    padded = np.concatenate([wrapped[:1], wrapped, wrapped[-1:]])
+    tall = (padded[:-1, None] * (1 - part) + padded[1:, None] * part).reshape(-1, 34, 3)
+    wide = (tall[:, :-1, None] * (1 - part[:, 0]) + tall[:, 1:, None] * part[:, 0]).reshape(len(tall), -1, 3)
+    large = wide[8:-8, 8:-8]
+    assert large.shape == (LEAST_WIDTH // 2, LEAST_WIDTH, 3)
+    found, wanted = (
+        ReflectedSky(sky=ImageSky(image=prepare_sky_image(image.astype(np.float32)), turn=0.0, intensity=1.0)).levels()
+        for image in (small, large)
+    )
+    assert len(found) == len(wanted)
+    for one, other in zip(found, wanted, strict=True):
+        np.testing.assert_allclose(one, other, rtol=0.01, atol=0.01)
 
 
 def test_skies_that_give_no_light_are_not_reflected() -> None:

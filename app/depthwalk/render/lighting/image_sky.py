@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from depthwalk.colour import LUMINANCE
 from depthwalk.render.lighting.harmonics import LAMBERT, polynomials
-from depthwalk.types import Array
+from depthwalk.types import Array, Ints
 
 HORIZON_ORDER = 4  # of the series that gives fog its colour by azimuth; its kernel is 80° wide at half height
 HORIZON_TERMS = 2 * HORIZON_ORDER + 1
@@ -324,10 +324,9 @@ def bilinear(texels: NDArray[np.float16], across: Array, down: Array) -> Array:
     x, y = across * width - 0.5, np.clip(down * height - 0.5, 0, height - 1)
     left, top = np.floor(x).astype(int), np.floor(y).astype(int)
     right_part, lower_part = (x - left)[:, None], (y - top)[:, None]
-    upper, lower = texels[top].astype(float), texels[np.minimum(top + 1, height - 1)].astype(float)
-    every = np.arange(len(x))
 
-    def row(of: Array) -> Array:
-        return np.asarray(of[every, left % width] * (1 - right_part) + of[every, (left + 1) % width] * right_part)
+    def row(of: Ints) -> Array:
+        near, far = (texels[of, column % width].astype(float) for column in (left, left + 1))
+        return np.asarray(near * (1 - right_part) + far * right_part)
 
-    return np.asarray(row(upper) * (1 - lower_part) + row(lower) * lower_part)
+    return np.asarray(row(top) * (1 - lower_part) + row(np.minimum(top + 1, height - 1)) * lower_part)

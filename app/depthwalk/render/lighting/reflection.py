@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.lighting.image_sky import ImageSky, halved, texel_directions, without_sun
+from depthwalk.render.lighting.image_sky import ImageSky, bilinear, halved, texel_directions, without_sun
 from depthwalk.render.lighting.sky import PaintedSky, Triple
 
 DIELECTRIC = 0.04
@@ -21,7 +21,7 @@ DIELECTRIC = 0.04
 LEAST_ROUGHNESS = 0.08
 """Roughness below which highlights of sun and lamps get no smaller, since they would flicker."""
 IMAGE_WIDTH = 1024  # texels across a picture of the sky as a mirror shows it, 0.35° each
-PAINTED_WIDTH = 512  # the same for skies without details
+LEAST_WIDTH = 512  # the same for painted skies and small pictures: what is sharp in it, rough surfaces show sharp, too
 ROUGHEST_WIDTH = 16  # texels across the level of roughness 1
 PARTS = 32  # rows and columns of the table of reflected parts
 _FACETS = 32  # steps of the facets' inclination, and half as many of their azimuth, over which it is summed
@@ -83,21 +83,28 @@ class ReflectedSky:
         from depthwalk.ingest.sky_image import shrunk  # here, since few scenes have a picture
 
         if not isinstance(self.sky, ImageSky):
-            height = PAINTED_WIDTH // 2
-            direction, _ = texel_directions(height, PAINTED_WIDTH)
+            height = LEAST_WIDTH // 2
+            direction, _ = texel_directions(height, LEAST_WIDTH)
             above = direction[: len(direction) // 2]
             radiance = np.broadcast_to(np.array(self.ground, np.float32), (len(direction), 3)).copy()
             radiance[: len(above)] = self.sky.radiance(above)
-            return radiance.reshape(height, PAINTED_WIDTH, 3)
+            return radiance.reshape(height, LEAST_WIDTH, 3)
         stored = self.sky.image.levels
-        width = 1 << int(np.log2(np.clip(stored[0].shape[1], 2 * ROUGHEST_WIDTH, IMAGE_WIDTH)))
+        width = 1 << int(np.log2(np.clip(stored[0].shape[1], LEAST_WIDTH, IMAGE_WIDTH)))
         finer = [level for level in stored if level.shape[1] >= width]
-        picture = shrunk((finer or stored[:1])[-1].astype(np.float32), width, width // 2)
+        picture = shrunk(finer[-1].astype(np.float32), width, width // 2) if finer else _enlarged(stored[0], width)
         if self.with_sun:
             return picture
         direction, weight = texel_directions(*picture.shape[:2])
         _, _, rest = without_sun(picture.reshape(-1, 3).astype(float), direction, weight)
         return rest.reshape(picture.shape).astype(np.float32)
+
+
+def _enlarged(texels: NDArray[np.float16], width: int) -> NDArray[np.float32]:
+    """Return an equirectangular picture (H, W, 3) at another width, filtered as the background shows it."""
+    height = width // 2
+    down, across = np.indices((height, width)) + 0.5
+    return bilinear(texels, across.ravel() / width, down.ravel() / height).reshape(height, width, 3).astype(np.float32)
 
 
 def blurred(radiance: NDArray[np.float32], alpha: float) -> NDArray[np.float32]:
