@@ -135,9 +135,9 @@ converted as glTF is; `depthwalk convert city.usda` makes a scene of it.
 | transforms, `upAxis`, `metersPerUnit` (if absent, 0.01), visibility, purposes `default` and `render` | yes | yes |
 | `UsdPreviewSurface` with `UsdUVTexture`, `UsdPrimvarReader`, `UsdTransform2d`; `GeomSubset` | yes | yes |
 | instances (`instanceable`), `PointInstancer`, also nested | as triangles, if these are few | objects of one asset |
-| perspective cameras | no | the first |
-| `DistantLight`, `SphereLight`, also with a cone | no | sun, lamps |
-| `DomeLight` with a picture, turned about the vertical | no | sky |
+| perspective cameras, not in copies | no | the first |
+| `DistantLight`, `SphereLight`, also with a cone, not in copies | no | sun, lamps |
+| `DomeLight` with a picture, turned about the vertical, not in copies | no | sky |
 | transforms that change over time | at their first time | keyframes |
 | subdivision surfaces | their cages | their cages |
 | skins, shapes that change over time, copies that move in a `PointInstancer` | as stored | as stored |

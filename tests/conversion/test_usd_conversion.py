@@ -9,6 +9,7 @@ from PIL import Image
 from converted import difference, of_file, of_scene
 from depthwalk.conversion import gltf, models
 from depthwalk.conversion.gltf import convert_gltf
+from depthwalk.errors import InputError
 from depthwalk.ingest.usd import nodes
 from depthwalk.scene.loader import load_scene
 from usd_files import mesh, prim, translate_here, write_usda, xform
@@ -82,6 +83,12 @@ def test_cameras_and_lights_are_kept(tmp_path: Path) -> None:
     assert sun.intensity == pytest.approx(1) and sun.direction == pytest.approx((0, 0, -1))
     assert lamp.intensity == pytest.approx(4 * np.pi * 2**2 / (2 * np.pi), abs=1e-3) and lamp.colour == (1, 0, 0)
     assert spot.intensity == pytest.approx(8 / 4 / (2 * np.pi), abs=1e-3) and spot.angle == pytest.approx(40)
+
+
+def test_a_place_that_is_none_is_told_as_damage_of_a_usd_file(tmp_path: Path) -> None:
+    path = write_usda(tmp_path / "scene.usda", xform("World", mesh(), translate="(nan, 0, 0)"))
+    with pytest.raises(InputError, match=r"scene\.usda: damaged, truncated or an unsupported kind of USD"):
+        convert_gltf(path, tmp_path / "made")
 
 
 def test_a_light_whose_colour_is_no_number_is_white(tmp_path: Path) -> None:

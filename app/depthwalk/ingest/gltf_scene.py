@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from depthwalk.errors import InputError, reason
 from depthwalk.ingest import gltf
+from depthwalk.ingest.formats import USD_SUFFIXES
 from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_animations import Movement, read_animation
 from depthwalk.ingest.gltf_channels import FARTHEST
@@ -98,7 +99,8 @@ def damaged(path: Path) -> Iterator[None]:
     try:
         yield
     except (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError) as error:
-        raise InputError(f"{path}: damaged, truncated or an unsupported kind of glTF ({reason(error)})") from error
+        kind = "USD" if path.suffix.lower() in USD_SUFFIXES else "glTF"
+        raise InputError(f"{path}: damaged, truncated or an unsupported kind of {kind} ({reason(error)})") from error
 
 
 def _read(header: Header, accessors: Accessors, length: int) -> GltfScene:
