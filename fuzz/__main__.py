@@ -148,7 +148,7 @@ def _session(task: Task, until: float) -> None:
     for output in (1, 2):  # libraries print
         os.dup2(errors, output)
     limit_memory()
-    Session(task.target, task.seed, task.folder).run(until, task.most_inputs)
+    Session(task.target, task.seed, task.folder).run(until, task.most_inputs / task.target.slowness)
 
 
 def _note_end(task: Task, exitcode: int) -> None:

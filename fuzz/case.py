@@ -32,6 +32,8 @@ class Target:
         By the end of a file's name, what knows its structure.
     megabytes
         Memory that reading any file may take, besides what grows with the file.
+    slowness
+        About how many times as long as that of other targets reading a file takes. `--inputs` asks for as many fewer.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Target:
     words: tuple[bytes, ...] = ()
     changes: dict[str, tuple[Change, ...]] = field(default_factory=dict)
     megabytes: int = 256
+    slowness: int = 1
 
 
 def write_files(folder: Path, files: Files) -> Path:

@@ -260,6 +260,7 @@ TARGETS = (
         modules=INGEST,
         words=dictionary.USD,
         changes={".usda": (change_text,), ".usdz": (change_zip,), **_PNG},
+        slowness=100,  # a process for each
     ),
     Target(
         name="conversion",
