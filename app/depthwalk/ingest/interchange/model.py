@@ -122,9 +122,12 @@ class PlacingBudget:
             )
         check_mesh_memory(self._corners, self._triangles, self._path)
 
-    def step(self) -> None:
-        """Count a node that is visited. Raises InputError if nodes that place nodes make millions."""
-        self._nodes += 1
+    def step(self, cost: int = 1) -> None:
+        """Count a node that is visited, or what takes as long as `cost` nodes, such as a mesh that is posed.
+
+        Raises InputError if nodes that place nodes make millions.
+        """
+        self._nodes += cost
         if self._nodes > self._most_nodes:
             raise InputError(f"{self._path}: its nodes place each other more than {self._most_nodes} times")
 
