@@ -148,6 +148,22 @@ def test_nodes_that_place_each_other_do_not_multiply(tmp_path: Path) -> None:
     assert re.search("place each other more than|is missing", outcome(tmp_path, "3mf", data))
 
 
+def test_joints_do_not_pose_a_mesh_thousands_of_times(tmp_path: Path) -> None:
+    skin = '<controller id="c"><skin source="#g"/></controller>'
+    mesh = (
+        '<geometry id="g"><mesh><source id="p"><float_array>0 0 0 1 0 0 0 1 0</float_array></source>'
+        '<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>'
+        '<triangles><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry>'
+    )
+    uses = '<node><instance_controller url="#c"/></node>' * 1200
+    text = COLLADA.format(
+        f"<library_geometries>{mesh}</library_geometries><library_controllers>{skin}</library_controllers>"
+        f'<library_visual_scenes><visual_scene id="s">{uses}</visual_scene></library_visual_scenes>'
+        '<scene><instance_visual_scene url="#s"/></scene>'
+    )
+    assert "its nodes pose more than 10" in outcome(tmp_path, "dae", text.encode())
+
+
 def test_copies_of_a_mesh_are_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("depthwalk.ingest.interchange.model.MAX_COPIED_TRIANGLES", 10)
     copies = "".join(f'<item objectid="1" transform="1 0 0 0 1 0 0 0 1 {k} 0 0"/>' for k in range(2000))

@@ -16,7 +16,6 @@ from depthwalk.ingest.interchange.xml_tree import Element, parse_tree
 
 _Matrix = NDArray[np.float64]
 _DEPTH = 128  # nodes within nodes
-_POSING_COST = 100  # nodes that are visited in the time in which a mesh of a few triangles is posed
 _UP: dict[str, tuple[tuple[float, float, float], ...]] = {  # rows: x, y and z of the result
     "X_UP": ((0, -1, 0), (1, 0, 0), (0, 0, 1)),
     "Y_UP": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
@@ -133,7 +132,7 @@ class _Scene:
             if inner.tag == "skin" and meshes:
                 held = _Skin(inner, self._joints(use))
                 for mesh in meshes:
-                    self._budget.step(_POSING_COST)
+                    self._budget.pose()
                     moved = held.posed(mesh, frame)
                     self._add(moved or mesh, _bound(use), np.eye(4) if moved else matrix)
                 return

@@ -15,6 +15,7 @@ from depthwalk.limits import MAX_COPIED_TRIANGLES, MAX_MESH_TRIANGLES
 from depthwalk.types import Ints
 
 _MOST_NODES = 100_000  # that are visited, each in some 20 µs, beyond those that the bytes of a file can hold
+_POSING_COST = 100  # nodes that are visited in the time in which a mesh of a few triangles is posed
 
 Y_FROM_Z = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 """Turns (x, y, z) into (x, z, −y), for files whose z axis points upward."""
@@ -122,14 +123,19 @@ class PlacingBudget:
             )
         check_mesh_memory(self._corners, self._triangles, self._path)
 
-    def step(self, cost: int = 1) -> None:
-        """Count a node that is visited, or what takes as long as `cost` nodes, such as a mesh that is posed.
-
-        Raises InputError if nodes that place nodes make millions.
-        """
-        self._nodes += cost
+    def step(self) -> None:
+        """Count a node that is visited. Raises InputError if nodes that place nodes make millions."""
+        self._nodes += 1
         if self._nodes > self._most_nodes:
             raise InputError(f"{self._path}: its nodes place each other more than {self._most_nodes} times")
+
+    def pose(self) -> None:
+        """Count a mesh that joints pose, like the nodes visited meanwhile. Raises InputError if it is too many."""
+        self._nodes += _POSING_COST
+        if self._nodes > self._most_nodes:
+            raise InputError(
+                f"{self._path}: its nodes pose more than {self._most_nodes // _POSING_COST} meshes by joints"
+            )
 
 
 def posed(
