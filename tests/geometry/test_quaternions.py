@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.geometry.quaternions import conjugate, cross, matrices, multiply, rotate
+from depthwalk.geometry.quaternions import conjugate, cross, from_matrices, matrices, multiply, rotate
 from depthwalk.types import Array
 
 
@@ -31,6 +31,13 @@ def test_a_quarter_turn_about_y_takes_z_to_x() -> None:
 def test_matrices_rotate_as_their_quaternions(quaternion: Array) -> None:
     vector = np.random.default_rng(3).normal(size=(9, 3))
     np.testing.assert_allclose(np.einsum("nij,nj->ni", matrices(quaternion), vector), rotate(quaternion, vector))
+
+
+def test_quaternions_of_matrices_are_those_that_made_them(quaternion: Array) -> None:
+    turned = np.concatenate([quaternion, np.eye(4), np.eye(4)[:, [1, 2, 3, 0]] * 0.6 + np.eye(4) * 0.8])
+    found = from_matrices(matrices(turned))
+    np.testing.assert_allclose(np.abs((found * turned).sum(axis=1)), 1)
+    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1)
 
 
 def test_the_inner_rotation_is_applied_first(quaternion: Array) -> None:

@@ -41,6 +41,25 @@ def matrices(quaternion: Array) -> NDArray[np.float64]:
     return matrix
 
 
+def from_matrices(rotation: Array) -> NDArray[np.float64]:
+    """Return the unit quaternions (n, 4), x y z w, of rotation matrices (n, 3, 3).
+
+    Of the four that follow from the matrix, the longest is taken (Shepperd, *Quaternion from Rotation Matrix*, 1978).
+    """
+    m = np.nan_to_num(rotation)
+    trace = m[:, 0, 0] + m[:, 1, 1] + m[:, 2, 2]
+    outer = np.empty((len(m), 4, 4))  # four times the products of its components
+    for i in range(3):
+        for j in range(3):
+            outer[:, i, j] = m[:, i, j] + m[:, j, i]
+        outer[:, i, i] += 1 - trace
+    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
+        outer[:, i, 3] = outer[:, 3, i] = m[:, k, j] - m[:, j, k]
+    outer[:, 3, 3] = 1 + trace
+    longest = outer[np.arange(len(m)), np.argmax(np.einsum("nii->ni", outer), axis=1)]
+    return np.asarray(longest / np.maximum(np.linalg.norm(longest, axis=1, keepdims=True), 1e-30))
+
+
 def conjugate(quaternion: Array) -> Array:
     """Return the inverse rotations (…, 4) of the unit `quaternion` (…, 4), x y z w."""
     return quaternion * np.array([-1, -1, -1, 1], quaternion.dtype)

@@ -5,11 +5,12 @@ The header lists the other files that belong to the mesh, so they are found with
 
 import json
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.errors import InputError
 from depthwalk.extras import install_command
@@ -243,12 +244,44 @@ def _value(terms: dict[str, Any], name: str, default: float, most: float, where:
 
 def with_header(data: bytes, header: dict[str, Any], path: Path) -> bytes:
     """Return the contents `data` of the glTF or GLB file `path` with another JSON header."""
-    text = json.dumps(header).encode()
     if not is_binary(path):
-        return text
-    text += b" " * (-len(text) % 4)
+        return json.dumps(header).encode()
     rest = data[20 + struct.unpack_from("<I", data, 12)[0] :]
-    return struct.pack("<4sII I4s", b"glTF", 2, 20 + len(text) + len(rest), len(text), b"JSON") + text + rest
+    return _glb_head(header, len(rest)) + rest
+
+
+def glb_parts(header: dict[str, Any], chunks: Iterable[bytes], length: int) -> Iterator[bytes]:
+    """Yield the bytes of a GLB file, piece by piece.
+
+    Parameters
+    ----------
+    header
+        The JSON header.
+    chunks
+        The data of its only buffer, one after the other.
+    length
+        Bytes of all chunks, a multiple of 4.
+
+    Raises
+    ------
+    struct.error
+        If the file would be longer than 4 GiB, before anything is yielded.
+    """
+    yield _glb_head(header, 8 + length)
+    yield struct.pack("<I4s", length, b"BIN\0")
+    yield from chunks
+
+
+def _glb_head(header: dict[str, Any], rest: int) -> bytes:
+    """Return the beginning of a GLB file, of which `rest` bytes follow the JSON header."""
+    text = json.dumps(header).encode()
+    text += b" " * (-len(text) % 4)
+    return struct.pack("<4sII I4s", b"glTF", 2, 20 + len(text) + rest, len(text), b"JSON") + text
+
+
+def placed_node(node: dict[str, Any], matrix: NDArray[np.float64]) -> dict[str, Any]:
+    """Return the entry of a node of a header with its matrix (4, 4), for column vectors, unless it is the identity."""
+    return node if np.array_equal(matrix, np.eye(4)) else node | {"matrix": matrix.T.ravel().tolist()}
 
 
 def surfaces(mesh: dict[str, Any]) -> list[dict[str, Any]]:

@@ -4,10 +4,8 @@ Each file holds what its meshes use and nothing else, so that its hash, by which
 nothing else. Pictures lie beside the files, since several may use one.
 """
 
-import json
 import logging
 import re
-import struct
 from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
 from pathlib import Path, PurePosixPath
@@ -19,7 +17,7 @@ from numpy.typing import NDArray
 
 import depthwalk
 from depthwalk.errors import quoted
-from depthwalk.ingest.gltf import object_under, surfaces
+from depthwalk.ingest.gltf import glb_parts, object_under, placed_node, surfaces
 from depthwalk.ingest.gltf_accessors import Accessors
 
 log = logging.getLogger(__name__)
@@ -79,11 +77,7 @@ class SubsetWriter:
         """
         subset = _Subset(self._header, self._accessors, self._picture)
         number = {mesh: subset.mesh(mesh) for mesh in dict.fromkeys(meshes)}
-        nodes = [
-            {"mesh": number[mesh]}
-            | ({} if np.array_equal(matrix, np.eye(4)) else {"matrix": matrix.T.ravel().tolist()})
-            for mesh, matrix in zip(meshes, matrices, strict=True)
-        ]
+        nodes = [placed_node({"mesh": number[mesh]}, matrix) for mesh, matrix in zip(meshes, matrices, strict=True)]
         subset.write(file, nodes)
 
     def _picture(self, number: int) -> Header | None:
@@ -134,13 +128,8 @@ class _Subset:
         ]
         if required:
             header |= {"extensionsRequired": required, "extensionsUsed": sorted({*used, *required})}
-        text = json.dumps(header).encode()
-        text += b" " * (-len(text) % 4)
-        total = 12 + 8 + len(text) + 8 + self._length
         with file.open("wb") as out:
-            out.write(struct.pack("<4sII", b"glTF", 2, total) + struct.pack("<I4s", len(text), b"JSON") + text)
-            out.write(struct.pack("<I4s", self._length, b"BIN\0"))
-            out.writelines(self._chunks)
+            out.writelines(glb_parts(header, self._chunks, self._length))
 
     def mesh(self, number: int) -> int:
         """Add a mesh, and return its number."""

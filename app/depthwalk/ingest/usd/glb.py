@@ -1,6 +1,5 @@
 """Collect the parts of a GLB file, and write it."""
 
-import json
 import struct
 from collections.abc import Iterator
 from typing import Any
@@ -8,11 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.ingest.gltf import glb_parts
 from depthwalk.ingest.usd.problems import UsdError
 
 _COMPONENT_TYPES = {"f4": 5126, "u4": 5125}
 _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 _MOST = (1 << 32) - 1  # bytes of a GLB file
+_TOO_LARGE = "it shows more than 4 GiB of meshes and pictures"
 
 Header = dict[str, Any]
 
@@ -53,17 +54,13 @@ class GlbBuilder:
         self._chunks += [data, padding]
         self._length += len(data) + len(padding)
         if self._length > _MOST:
-            raise UsdError("it shows more than 4 GiB of meshes and pictures")
+            raise UsdError(_TOO_LARGE)
         return number
 
     def parts(self) -> Iterator[bytes]:
         """Yield the bytes of the file. Raises UsdError if it gets too large."""
-        header = self.header | {"buffers": [{"byteLength": self._length}]}
-        text = json.dumps(header).encode()
-        text += b" " * (-len(text) % 4)
-        total = 12 + 8 + len(text) + 8 + self._length
-        if total > _MOST:
-            raise UsdError("it shows more than 4 GiB of meshes and pictures")
-        yield struct.pack("<4sII", b"glTF", 2, total) + struct.pack("<I4s", len(text), b"JSON") + text
-        yield struct.pack("<I4s", self._length, b"BIN\0")
-        yield from self._chunks
+        try:
+            header = self.header | {"buffers": [{"byteLength": self._length}]}
+            yield from glb_parts(header, self._chunks, self._length)
+        except struct.error:
+            raise UsdError(_TOO_LARGE) from None

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.ingest.gltf import INSTANCING
+from depthwalk.geometry.quaternions import from_matrices
+from depthwalk.ingest.gltf import INSTANCING, placed_node
 from depthwalk.ingest.usd.glb import GlbBuilder, Header
 from depthwalk.limits import MAX_COPIED_TRIANGLES
 
@@ -40,13 +41,11 @@ class Nodes:
     def __init__(self, builder: GlbBuilder, world: _Matrices, unit: float) -> None:
         self._builder, self.world, self.unit = builder, world, unit
         self._children: list[int] = []
-        builder.add("nodes", {"matrix": _column_major(world), "children": self._children})
+        builder.add("nodes", placed_node({"children": self._children}, world))
 
     def add(self, node: Header, matrix: _Matrices | None = None) -> int:
         """Add a node that stands by a matrix (4, 4), or by what it says itself; return its number."""
-        if matrix is not None and not np.array_equal(matrix, np.eye(4)):
-            node |= {"matrix": _column_major(matrix)}
-        number = self._builder.add("nodes", node)
+        number = self._builder.add("nodes", node if matrix is None else placed_node(node, matrix))
         self._children.append(number)
         return number
 
@@ -97,27 +96,4 @@ def factors(
     rotation[mirrored, :, 0] *= -1
     with np.errstate(invalid="ignore"):
         off = np.abs(np.swapaxes(rotation, 1, 2) @ rotation - np.eye(3)).max(axis=(1, 2))
-    return places[:, :3, 3], quaternions(rotation), stretch, off < _SAME
-
-
-def quaternions(rotation: _Matrices) -> NDArray[np.float64]:
-    """Return the unit quaternions (n, 4), x y z w, of rotation matrices (n, 3, 3).
-
-    Of the four that follow from the matrix, the longest is taken (Shepperd, *Quaternion from Rotation Matrix*, 1978).
-    """
-    m = np.nan_to_num(rotation)
-    trace = m[:, 0, 0] + m[:, 1, 1] + m[:, 2, 2]
-    outer = np.empty((len(m), 4, 4))  # four times the products of its components
-    for i in range(3):
-        for j in range(3):
-            outer[:, i, j] = m[:, i, j] + m[:, j, i]
-        outer[:, i, i] += 1 - trace
-    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
-        outer[:, i, 3] = outer[:, 3, i] = m[:, k, j] - m[:, j, k]
-    outer[:, 3, 3] = 1 + trace
-    longest = outer[np.arange(len(m)), np.argmax(np.einsum("nii->ni", outer), axis=1)]
-    return np.asarray(longest / np.maximum(np.linalg.norm(longest, axis=1, keepdims=True), 1e-30))
-
-
-def _column_major(matrix: _Matrices) -> list[float]:
-    return [float(term) for term in matrix.T.ravel()]
+    return places[:, :3, 3], from_matrices(rotation), stretch, off < _SAME

@@ -48,20 +48,14 @@ class Pictures:
 
         Raises UsdError if it lies outside the folder.
         """
-        name = asset.path
-        resolved = asset.resolvedPath or os.path.normpath(os.path.join(self._root, name))
-        if not is_inside(resolved, self._root):
-            raise UsdError(f"{where}: refers to the picture @{name[:200]}@, outside the folder of the file")
-        if resolved not in self._numbers:
-            self._numbers[resolved] = self._read(resolved, name, where)
-        return self._numbers[resolved]
+        place = self._place(asset, where)
+        if place not in self._numbers:
+            self._numbers[place] = self._read(place, asset.path, where)
+        return self._numbers[place]
 
     def data(self, asset: Any, where: str) -> bytes | None:
         """Return the contents of any file that an asset path names, as `number` finds it; None if it is missing."""
-        resolved = asset.resolvedPath
-        if not is_inside(resolved or os.path.normpath(os.path.join(self._root, asset.path)), self._root):
-            raise UsdError(f"{where}: refers to the picture @{asset.path[:200]}@, outside the folder of the file")
-        return self._bytes(resolved) if resolved else None
+        return self._bytes(self._place(asset, where))
 
     def texture(self, picture: int) -> int:
         """Return the number of a texture of the GLB file that shows a picture."""
@@ -93,6 +87,13 @@ class Pictures:
                 )
             self._textures[key] = self._written(_png(values), "image/png", "combined")
         return self._textures[key]
+
+    def _place(self, asset: Any, where: str) -> str:
+        """Return where the file of an asset path is, or would be. Raises UsdError if that is outside the folder."""
+        place: str = asset.resolvedPath or os.path.normpath(os.path.join(self._root, asset.path))
+        if not is_inside(place, self._root):
+            raise UsdError(f"{where}: refers to the picture @{asset.path[:200]}@, outside the folder of the file")
+        return place
 
     def _read(self, resolved: str, name: str, where: str) -> int | None:
         data = self._bytes(resolved)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdGeom
 
+from depthwalk.ingest.gltf import placed_node
 from depthwalk.ingest.usd.glb import GlbBuilder
 from depthwalk.ingest.usd.layers import file_in, open_stage
 from depthwalk.ingest.usd.lights import Stands
@@ -144,10 +145,6 @@ def _place_moving(reader: ModelReader, meshes: _Meshes, movements: Movements, bu
         still = Placed(model=placed.model, matrix=np.eye(4), name=placed.name)
         for model, inside in spread([still], reader.models):
             if (mesh := meshes.of(model)) is not None:
-                children = [
-                    {"mesh": mesh[0], "name": placed.name}
-                    | ({} if np.array_equal(matrix, np.eye(4)) else {"matrix": matrix.T.ravel().tolist()})
-                    for matrix in inside
-                ]
+                children = [placed_node({"mesh": mesh[0], "name": placed.name}, matrix) for matrix in inside]
                 builder.header["nodes"][node]["children"] += [builder.add("nodes", child) for child in children]
     movements.finish()
