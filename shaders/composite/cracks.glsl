@@ -1,5 +1,6 @@
 // Closes cracks in an impostor tile: empty texels between two of one surface, where one image's samples end and another's
-// begin. Between two surfaces empty texels are a gap, the discontinuity cut, and stay open.
+// begin. Between two surfaces empty texels are a gap, the discontinuity cut, and stay open. Twin:
+// reference/impostor_tile.py.
 #include "composite/tile_texels.glsl"
 
 // The depth that closes a crack between texels of two stored depths: the farther, or 1 where they are not of one surface.

@@ -1,6 +1,6 @@
 // Finds the texel of an impostor tile where the present ray meets the surface, though the tile was warped for a viewer who
 // stood elsewhere: λ is looked for along the ray, see composite.vert (an inverse 2-D warp; the paper warps each frame).
-// STEPS: of the search.
+// STEPS: of the search. Twin: reference/impostor_tile.py.
 #include "common/per_sample.glsl"
 #include "composite/tile_texels.glsl"
 

@@ -1,5 +1,6 @@
 // Weighs the four texels of an impostor tile around a pixel: which of them make up the surface that the pixel shows, and, where
-// PARTIAL, what part of the pixel they leave uncovered (docs/anti-aliasing.md). Texels are half a pixel wide then.
+// PARTIAL, what part of the pixel they leave uncovered (docs/anti-aliasing.md). Texels are half a pixel wide then. Twin:
+// reference/impostor_tile.py.
 #include "composite/cracks.glsl"
 #ifdef PARTIAL
 const float STEEP = 0.3;            // of the depths that one surface may span from texel to texel
