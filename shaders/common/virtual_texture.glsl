@@ -3,7 +3,7 @@
 // SUB_TILE × SUB_TILE texels. A mip tier holds MIP_TIER_LEVELS = log2 SUB_TILE levels of detail; the next has a quarter of its
 // side. COLOURED: colours differ from texel to texel. TINTED: by more than the principal components that each texel has of its
 // own, which are one or, with PAIRED, two. PARTIAL: texels of the finest tier are left out. COORDINATES: the object has a
-// texture, and pages may lack the first levels of their colours.
+// texture, and pages may lack the first levels of their colours. Twin: reference/virtual_texture.py.
 #from depthwalk.cook.used_texels import SUB_TILE
 #include "common/depth_object.glsl"
 #from depthwalk.cook.virtual_texture import LEVELS as MIP_TIER_LEVELS

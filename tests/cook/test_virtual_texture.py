@@ -6,7 +6,6 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike, NDArray
 
 from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.images import BakedObject, DepthImage, Face
@@ -23,8 +22,9 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.shader_source import ShaderSource
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.parallel import Map
+from depthwalk.reference.virtual_texture import bilinear, page_normals, page_texels
 from depthwalk.render.resources.asset_store import AssetStore
-from depthwalk.types import Array, Mask, Rows
+from depthwalk.types import Array, Mask
 from shapes import ShapeLibrary, bake, box, joined, sphere
 
 ROUNDING = 2.5  # of 255: mip-maps are rounded at every level
@@ -98,18 +98,6 @@ def boxed(texels: Array, size: int, period: int) -> tuple[Array, float]:
     return wide.reshape(count[0], size, count[1], size, -1).mean((1, 3)), start / size
 
 
-def bilinear(texels: Array, at: Array) -> Array:
-    """Between the texels (H, W, …) around points (n, 2), x and y in texels."""
-    low = np.floor(at - 0.5).astype(int)
-    f = (at - 0.5 - low)[:, :, None]
-    part = [
-        texels[low[:, 1] + dy, low[:, 0] + dx] * np.abs(1 - dx - f[:, 0]) * np.abs(1 - dy - f[:, 1])
-        for dy in (0, 1)
-        for dx in (0, 1)
-    ]
-    return sum(part)
-
-
 def in_image(texels: Array, at: Array, segment: int, lod: float, period: int) -> Array:
     """Texels (n, 8) of a whole image at points (n, 2), in texels, from its quarters if `segment` says so."""
     for _ in range(segment):
@@ -120,70 +108,6 @@ def in_image(texels: Array, at: Array, segment: int, lod: float, period: int) ->
     pair = [boxed(texels, 1 << whole, period) for whole in (int(level), int(level) + 1)]
     lower, upper = (bilinear(box, at / (1 << (int(level) + k)) + before) for k, (box, before) in enumerate(pair))
     return lower + (level - int(level)) * (upper - lower)
-
-
-def places(pages: VirtualTexture, image: int, at: Array, lod: float, size: tuple[int, int]) -> tuple[Array, Rows]:
-    """The twin of `page_at`: places (n, 2) in the pages of points (n, 2), and the segment in which each was found."""
-    at = np.clip(at, 0, np.asarray(size) - 0.01)
-    found = np.full(len(at), min(int(lod / LEVELS), pages.last_mip_tier))
-    while True:
-        place = (at - 2 / 3) / 4.0 ** found[:, None] + 8 / 3
-        column, row = ((place - SUB_TILE / 2) / SUB_TILE).astype(int).T
-        entry = pages.table[image, row // 2 + np.array(pages.first_rows)[found], column // 2].astype(int)
-        missing = np.where(row % 2, entry[:, 1], entry[:, 0]) >> column % 2 & 1 == 0
-        if not missing.any():
-            return place + (entry & ~3), found
-        found = found + missing
-
-
-def trilinear(picture: NDArray[np.integer], place: Array, level: ArrayLike) -> Array:
-    """A picture (H, W, k) at places (n, 2), its texels, at levels of detail (n,) or one, up to LEVELS."""
-    if not picture.size:
-        return np.zeros((len(place), 0))
-    mips = [picture.astype(float)]
-    for _ in range(LEVELS):
-        height, width = mips[-1].shape[:2]
-        mips.append(
-            np.round(
-                mips[-1][: height // 2 * 2, : width // 2 * 2].reshape(height // 2, 2, width // 2, 2, -1).mean((1, 3))
-            )
-        )
-    values = np.stack(
-        [bilinear(np.pad(mip, ((1, 1), (1, 1), (0, 0))), place / (1 << k) + 1) for k, mip in enumerate(mips)]
-    )
-    clipped = np.clip(level, 0, LEVELS) + np.zeros(len(place))
-    below = np.minimum(clipped.astype(int), LEVELS - 1)
-    part = (clipped - below)[:, None]
-    every = np.arange(len(place))
-    return (1 - part) * values[below, every] + part * values[below + 1, every]
-
-
-def in_pages(pages: VirtualTexture, image: int, at: Array, lod: float, size: tuple[int, int]) -> tuple[Array, Rows]:
-    """The twin of common/virtual_texture.glsl: texels (n, 8) at points (n, 2), and the mip tier that each is of."""
-    place, found = places(pages, image, at, lod, size)
-    level = np.clip(lod - LEVELS * found, 0, LEVELS)
-    normals, colours, tints = (
-        trilinear(picture, place / scale, level - (scale > 1))
-        for picture, scale in ((pages.normals, 1), (pages.colours, 1), (pages.tints, 2))
-    )
-    if not colours.shape[1]:
-        colours = np.tile(255 * pages.palette[0], (len(at), 1))
-    elif tints.shape[1]:
-        own = colours * (255 / 127)
-        colours = 255 * pages.palette[0] + np.concatenate([own, tints], 1) @ pages.palette[1:]
-    return np.concatenate([normals, colours], 1), found
-
-
-def cubic_normals(pages: VirtualTexture, image: int, at: Array, size: tuple[int, int]) -> Array:
-    """The twin of `page_normal`: (n, 3), between the sixteen texels around points (n, 2)."""
-    place, _ = places(pages, image, at, 0, size)
-    low = np.floor(place - 0.5).astype(int)
-    x = (place - 0.5 - low)[..., None] - np.arange(-1, 3)
-    near, far = 1.5 * np.abs(x) ** 3 - 2.5 * x**2 + 1, -0.5 * np.abs(x) ** 3 + 2.5 * x**2 - 4 * np.abs(x) + 2
-    weight = np.where(np.abs(x) < 1, near, far)
-    rows, columns = (low[:, axis, None] + np.arange(-1, 3) for axis in (1, 0))
-    around = pages.normals[rows[:, :, None], columns[:, None], :3] / 127.5 - 1
-    return np.einsum("nr,nc,nrci->ni", weight[:, 1], weight[:, 0], around)
 
 
 def points(image: DepthImage) -> Array:
@@ -204,7 +128,7 @@ def test_pages_hold_what_the_images_hold(
     """Wherever one looks, or else in a coarser segment, which stands in for what is never drawn."""
     for number, image in enumerate(baked.images):
         at, period = points(image), image.depth.shape[1] if image.face is Face.SIDE else 0
-        found, segment = in_pages(pages, number, at, lod, image.depth.shape[::-1])
+        found, segment = page_texels(pages, number, at, lod, image.depth.shape[::-1])
         for coarsest in np.unique(segment):
             here = segment == coarsest
             expected = in_image(texels[number], at[here], int(coarsest), lod, period)
@@ -229,7 +153,7 @@ def test_what_is_drawn_is_found_in_its_own_segment(
     at[:, 0] = np.where(side, at[:, 0] % width, at[:, 0])
     numbers = np.searchsorted([image.face for image in baked.images], flags >> FACE_SHIFT & 7) + (flags & 7)
     for number in range(len(baked.images)):
-        _, segment = in_pages(pages, number, at[numbers == number], lod, (width, height))
+        _, segment = page_texels(pages, number, at[numbers == number], lod, (width, height))
         assert (segment == min(int(lod / LEVELS), pages.last_mip_tier)).all()
 
 
@@ -329,11 +253,11 @@ def match_shader(gl_device: Device, baked: BakedObject, pages: VirtualTexture) -
             returned = np.frombuffer(out.read(), np.float32).reshape(-1, 12)
             found, magnified, misplaced = np.split(returned, (8, 11), axis=1)
             array.release()
-            expected, _ = in_pages(pages, number, asked[:, :2].astype(float) * size, lod, size)
+            expected, _ = page_texels(pages, number, asked[:, :2].astype(float) * size, lod, size)
             off = np.abs(found * 255 - expected).max(1)
             assert np.quantile(off, 0.99) < ROUNDING, (image.name, lod)  # rounding may choose another grain at an edge
             assert misplaced.max() < 1e-3
-            off = np.abs(magnified - cubic_normals(pages, number, asked[:, :2].astype(float) * size, size)).max(1)
+            off = np.abs(magnified - page_normals(pages, number, asked[:, :2].astype(float) * size, size)).max(1)
             assert np.quantile(off, 0.99) < 1e-3, image.name
     program.release()
     scope.release()
