@@ -1,6 +1,7 @@
 """Planar depth images of known shape, the meshes of their surfaces, and what a view sees of them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cache
 from types import MappingProxyType
 
@@ -106,12 +107,21 @@ def _true_distances(*call: object) -> Array:
 
 def _true_distance(texels: bytes, shape: tuple[int, ...], view: View, steps: tuple[int, int]) -> Array:
     depth = np.frombuffer(texels, np.float32).reshape(shape)
-    baked = shared(bake_planar, image_of(depth), "field", False)
+    return twin_distance(depth, view, lambda field, viewer, rays, size: first_hits(field, viewer, rays, *steps))
+
+
+def twin_distance(depth: NDArray[np.float32], view: View, hits: Callable[..., Array]) -> Array:
+    """The same, of `hits`, called with the relative depth, the viewer, rays, and the size of the box, metres."""
+    baked, view = (
+        shared(bake_planar, image_of(depth), "field", False),
+        replace(view),
+    )  # whose matrices cannot be pickled
     x, y = ((np.arange(n) + 0.5) / n * 2 - 1 for n in SIZE)
     screen = np.stack(np.broadcast_arrays(x[None], y[:, None], 1.0), -1).reshape(-1, 3)
-    scale = np.array([1 / WIDTH, -1 / HEIGHT, -1 / baked.cylinder.height])
+    size = np.array([WIDTH, HEIGHT, baked.cylinder.height])
+    scale = np.array([1, -1, -1]) / size
     viewer = view.position * scale + [0.5, 1.0, 0.0]
-    found = first_hits(relative_depth(baked), viewer, screen @ view.ray_from_screen.T * scale, *steps)
+    found = hits(relative_depth(baked), viewer, screen @ view.ray_from_screen.T * scale, size)
     return np.where(np.isnan(found), np.inf, found).reshape(SIZE[::-1])
 
 

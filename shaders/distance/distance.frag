@@ -1,6 +1,7 @@
 // Finds the surface behind a pixel by sphere tracing: each step along the view ray is as long as the distance to the surface in
 // a volume (Donnelly 2005). If the steps do not suffice, the last point is shown, as published.
-// STEPS: most steps of the ray; it stops early behind the surface or outside the box.
+// STEPS: most steps of the ray; it stops early behind the surface or outside the box. Twin:
+// reference/height_field.py.
 #include "common/height_field.glsl"
 #include "common/field_frame.glsl"
 uniform sampler3D distances;    // metres, 0 behind the surface

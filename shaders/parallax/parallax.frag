@@ -1,6 +1,6 @@
 // Finds the surface behind a pixel by parallax occlusion mapping: linear steps, more of them for rays at grazing angles, then
 // one secant between the last two (Tatarchuk 2006). Rays that leave the picture by its sides show the surface there.
-// MIN_STEPS, MAX_STEPS: for rays perpendicular to the picture and along it.
+// MIN_STEPS, MAX_STEPS: for rays perpendicular to the picture and along it. Twin: reference/height_field.py.
 #include "common/height_field.glsl"
 #include "common/field_frame.glsl"
 

@@ -8,6 +8,7 @@ import pytest
 
 from depthwalk.bake.planar import bake_planar
 from depthwalk.gpu.device import Device
+from depthwalk.reference.height_field import distance_hits, parallax_hits
 from depthwalk.render.image import read_pixels
 from depthwalk.render.passes import relief_texture
 from depthwalk.render.resources.distance_volume import distance_volume
@@ -28,6 +29,7 @@ from fields import (
     picture_distance,
     surface_mesh,
     true_distance,
+    twin_distance,
 )
 from shapes import ShapeLibrary, box, scene_of
 from stage import OnScreen, set_all
@@ -91,6 +93,33 @@ def test_relief_mapping_searches_as_published(gl_device: Device, view: str, step
     depth, settings = depths("wire"), {"relief.linear_steps": steps[0], "relief.binary_steps": steps[1]}
     found = drawn_distance(gl_device, depth, RELIEF, VIEWS[view], settings)
     assert max(parts_off(found, true_distance(depth, VIEWS[view], steps), 1e-4)) < 0.001
+
+
+@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("kind", ["cap", "wire"])
+def test_parallax_searches_as_its_twin(gl_device: Device, kind: str, view: str) -> None:
+    depth, settings = depths(kind), {"parallax.min_steps": 4, "parallax.max_steps": 12}
+    found = drawn_distance(gl_device, depth, PARALLAX, VIEWS[view], settings)
+    twin = twin_distance(
+        depth,
+        VIEWS[view],
+        lambda field, viewer, rays, size: parallax_hits(field, viewer, rays, size=size, min_steps=4, max_steps=12),
+    )
+    assert max(parts_off(found, twin, 1e-4)) < 0.002
+
+
+@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("kind", ["cap", "wire"])
+def test_sphere_tracing_searches_as_its_twin(gl_device: Device, kind: str, view: str) -> None:
+    depth, settings = depths(kind), {"distance.slices": 16, "distance.steps": 8}
+    volume = distance_volume(bake_planar(image_of(depth), "field"), (SIDE, SIDE, 16))
+    found = drawn_distance(gl_device, depth, DISTANCE, VIEWS[view], settings)
+    twin = twin_distance(
+        depth,
+        VIEWS[view],
+        lambda field, viewer, rays, size: distance_hits(field, volume, viewer, rays, size=size, steps=8),
+    )
+    assert max(parts_off(found, twin, 1e-3)) < 0.01  # drivers filter with 8 bits
 
 
 def test_relief_mapping_misses_what_is_thin(gl_device: Device) -> None:
