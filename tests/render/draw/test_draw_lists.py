@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.cook.cases import PIECES, RANGES, piece_runs
-from depthwalk.render.draw.draw_lists import DrawBatch, DrawList, FrameDrawLists, ImpostorQuads, draw_batches
+from depthwalk.render.draw.draw_lists import DrawBatch, DrawList, FrameDrawLists, ImpostorDraws, draw_batches
 from depthwalk.render.draw.frame_counts import DrawnTiles
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.scene.arrays import Representation
@@ -85,7 +85,7 @@ def frame(
     none = np.zeros(0, int)
     return FrameDrawLists(
         warp=warp or drawn(0),
-        composite=ImpostorQuads(records=records([]), aligned=0, rows=none),
+        composite=ImpostorDraws(records=records([]), aligned=0, rows=none),
         dmesh=dmesh or drawn(0),
         mesh=mesh or drawn(0),
         cleared=np.zeros((0, 4), int),
@@ -129,7 +129,7 @@ def phase(numbered: Sequence[int], aligned: int, occluded: int, resolution: floa
     direct = DrawList(records=records([0, 1]), batches=batches)
     return FrameDrawLists(
         warp=direct,
-        composite=ImpostorQuads(records=records(numbered), aligned=aligned, rows=np.asarray(numbered)),
+        composite=ImpostorDraws(records=records(numbered), aligned=aligned, rows=np.asarray(numbered)),
         dmesh=direct,
         mesh=direct,
         cleared=np.zeros((count, 4), int),

@@ -12,7 +12,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
-from depthwalk.render.draw.draw_lists import ImpostorQuads
+from depthwalk.render.draw.draw_lists import ImpostorDraws
 from depthwalk.render.draw.material_depth import FULL_COVERAGE, MATERIAL_DEPTH_STEPS, SURFACE_RECORD
 from depthwalk.render.image import read_pixels
 from depthwalk.render.renderer import Renderer
@@ -104,8 +104,8 @@ def test_pixels_as_texels_show_what_resampling_shows(
         assert renderer.plan.composite.aligned == (0 if whole else 2)
         pictures.append(read_pixels(screen).astype(int))
         monkeypatch.setattr(
-            "depthwalk.render.draw.planner.ImpostorQuads",
-            lambda records, aligned, rows: ImpostorQuads(records=records, aligned=0, rows=rows),
+            "depthwalk.render.draw.planner.ImpostorDraws",
+            lambda records, aligned, rows: ImpostorDraws(records=records, aligned=0, rows=rows),
         )
     renderer.release()
     scope.release()

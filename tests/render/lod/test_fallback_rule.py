@@ -29,7 +29,7 @@ def test_meshes_that_stand_in_are_as_fine_as_their_pixels_allow(
         magnification=1.0, is_resident=lambda rows: rows == rows, error=0.5, triangles_per_pixel=1.0, texels=texels
     )
     mesh, pixels = np.zeros(1, np.int64), np.full(1, 100.0)
-    found = rule.level(fallbacks, levels, mesh=mesh, nearest=np.full(1, nearest), pixels=pixels)
+    found = rule.level(fallbacks, levels, mesh=mesh, pixel_length=np.full(1, nearest), pixels=pixels)
     assert found.tolist() == [level]
 
 
@@ -43,5 +43,5 @@ def test_a_mesh_stands_in_for_as_many_triangles_as_are_quicker() -> None:
         magnification=1.0, is_resident=lambda rows: np.ones(len(rows), bool), error=1.0, triangles_per_pixel=0.8
     )
     pixels = np.array([0.9, 1.1]) * len(dense.faces) / rule.triangles_per_pixel
-    found = rule.allowed(fallbacks, of, number=np.array([1, 1]), nearest=np.full(2, 0.1), pixels=pixels)
+    found = rule.allowed(fallbacks, of, number=np.array([1, 1]), pixel_length=np.full(2, 0.1), pixels=pixels)
     assert found.tolist() == [False, True]

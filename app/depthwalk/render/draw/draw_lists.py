@@ -115,7 +115,7 @@ class DrawList:
 
 
 @dataclass(kw_only=True)
-class ImpostorQuads:
+class ImpostorDraws:
     """Hold what pass 2 draws for the impostors: for each a rectangle less its empty corners, an octagon.
 
     Attributes
@@ -130,12 +130,12 @@ class ImpostorQuads:
     rows: Rows
 
     @classmethod
-    def joined(cls, quads: Sequence["ImpostorQuads"]) -> "ImpostorQuads":
-        """Join the `quads` of all phases: first the aligned ones of all, then the others."""
-        aligned = [part.records[: part.aligned] for part in quads]
-        others = [part.records[part.aligned :] for part in quads]
-        rows = [part.rows[: part.aligned] for part in quads] + [part.rows[part.aligned :] for part in quads]
-        count = sum(part.aligned for part in quads)
+    def joined(cls, phases: Sequence["ImpostorDraws"]) -> "ImpostorDraws":
+        """Join those of all phases: first the aligned ones of all, then the others."""
+        aligned = [part.records[: part.aligned] for part in phases]
+        others = [part.records[part.aligned :] for part in phases]
+        rows = [part.rows[: part.aligned] for part in phases] + [part.rows[part.aligned :] for part in phases]
+        count = sum(part.aligned for part in phases)
         return cls(records=_joined_records(aligned + others), aligned=count, rows=np.concatenate(rows))
 
 
@@ -216,7 +216,7 @@ class FrameDrawLists:
     """
 
     warp: DrawList
-    composite: ImpostorQuads
+    composite: ImpostorDraws
     dmesh: DrawList
     mesh: DrawList
     cleared: Rows
@@ -292,7 +292,7 @@ class FrameDrawLists:
         lists["clusters"] = ClusterDraws.joined([phase.clusters for phase in phases])
         lists["height_fields"] = _joined_by_kind([phase.height_fields for phase in phases])
         lists["captured"] = _joined_by_kind([phase.captured for phase in phases])
-        lists["composite"] = ImpostorQuads.joined([phase.composite for phase in phases])
+        lists["composite"] = ImpostorDraws.joined([phase.composite for phase in phases])
         columns: dict[str, Any] = {
             name: np.concatenate([getattr(phase, name) for phase in phases])
             for name in ("cleared", "object_rows", "drawn_as")

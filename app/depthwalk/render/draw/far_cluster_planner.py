@@ -12,7 +12,7 @@ from depthwalk.cook.lod_geometry import IMAGE_BITS
 from depthwalk.geometry.bounding_hull import box_corners
 from depthwalk.geometry.quaternions import conjugate, rotate
 from depthwalk.geometry.spatial_order import within_runs
-from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
+from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorDraws, draw_batches
 from depthwalk.render.draw.object_detail import ObjectDetail, describe, lasting_pieces
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import drawn_tiles
@@ -102,7 +102,7 @@ class FarClusterPlanner:
 
         object_rows, count = clusters.members(numbers[work.drawn])
         work.composite["objects"] = np.column_stack([np.cumsum(count) - count, count])
-        composite = ImpostorQuads(records=work.composite, aligned=work.aligned, rows=impostors.row[work.drawn])
+        composite = ImpostorDraws(records=work.composite, aligned=work.aligned, rows=impostors.row[work.drawn])
         nothing = DrawList(records=np.zeros(0, PLACED_RECORD))
         return FrameDrawLists(
             warp=warp,

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from depthwalk.render.draw.cluster_draws import cluster_draws, cluster_triangles
-from depthwalk.render.draw.draw_lists import ClusterDraws, DrawList, FrameDrawLists, ImpostorQuads, draw_batches
+from depthwalk.render.draw.draw_lists import ClusterDraws, DrawList, FrameDrawLists, ImpostorDraws, draw_batches
 from depthwalk.render.draw.frame_counts import Counts, DrawnTiles
 from depthwalk.render.draw.object_detail import (
     DIRECT,
@@ -118,7 +118,7 @@ class Planner:
         representations = Representation.DPCI, Representation.DMESH, objects.representation[drawn[2]]
         return FrameDrawLists(
             warp=warp,
-            composite=ImpostorQuads(records=work.composite, aligned=work.aligned, rows=impostors.row[work.drawn]),
+            composite=ImpostorDraws(records=work.composite, aligned=work.aligned, rows=impostors.row[work.drawn]),
             dmesh=dmesh,
             mesh=mesh,
             clusters=clusters,

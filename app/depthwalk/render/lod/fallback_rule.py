@@ -49,7 +49,7 @@ class MeshFallbackRule:
         levels: MeshLevels,
         *,
         number: Rows,
-        nearest: Array,
+        pixel_length: Array,
         pixels: Array,
         quicker: Mask | None = None,
     ) -> Mask:
@@ -63,7 +63,7 @@ class MeshFallbackRule:
         fallbacks : which meshes show the same as which depth objects.
         levels : the levels of detail of the meshes that are loaded.
         number : (m,) numbers of the depth objects in `CookedParts`.
-        nearest : (m,) length that a pixel covers at the nearest point of each object, metres in its frame.
+        pixel_length : (m,) length that a pixel covers at the nearest point of each object, metres in its frame.
         pixels : (m,) that each object covers, see `MeshFallbacks.pixels`.
         quicker : (m,) for which depth objects the mesh is quicker; None: for none.
 
@@ -75,21 +75,23 @@ class MeshFallbackRule:
         if not self.magnification:
             return found
         mesh, most = fallbacks.mesh[number], self.triangles_per_pixel * pixels
-        magnified = (mesh >= 0) & (nearest * self.magnification < fallbacks.texel[number])
+        magnified = (mesh >= 0) & (pixel_length * self.magnification < fallbacks.texel[number])
         triangles, is_read = fallbacks.triangles[mesh], levels.triangles[mesh, 0] > 0
         # Do not read a mesh that has too many triangles and no simplified levels that have fewer.
         magnified &= is_read | (triangles <= most) | (triangles > MOST_UNSIMPLIFIED)
-        within = (mesh >= 0) & fallbacks.has_interior[number] & (nearest <= 0)
+        within = (mesh >= 0) & fallbacks.has_interior[number] & (pixel_length <= 0)
         quicker = within if quicker is None else quicker | within
         rows = np.flatnonzero(magnified | quicker)
         if not len(rows):
             return found
         rows = rows[self.is_resident(mesh[rows])]
-        level = self.level(fallbacks, levels, mesh=mesh[rows], nearest=nearest[rows], pixels=pixels[rows])
+        level = self.level(fallbacks, levels, mesh=mesh[rows], pixel_length=pixel_length[rows], pixels=pixels[rows])
         found[rows] = quicker[rows] | (levels.triangles[mesh[rows], level] <= most[rows])
         return found
 
-    def level(self, fallbacks: MeshFallbacks, levels: MeshLevels, *, mesh: Rows, nearest: Array, pixels: Array) -> Ints:
+    def level(
+        self, fallbacks: MeshFallbacks, levels: MeshLevels, *, mesh: Rows, pixel_length: Array, pixels: Array
+    ) -> Ints:
         """Return the level of detail at which each of m meshes replaces depth objects.
 
         That is the coarsest whose error is at most `error` pixels. If it has too many triangles, it is the finest that
@@ -101,20 +103,20 @@ class MeshFallbackRule:
         fallbacks : which meshes show the same as which depth objects.
         levels : the levels of detail of the meshes that are loaded.
         mesh : (m,) numbers of the meshes in `CookedParts`.
-        nearest : (m,) length that a pixel covers at the nearest point of each, metres in its frame.
+        pixel_length : (m,) length that a pixel covers at the nearest point of each, metres in its frame.
         pixels : (m,) that each covers, see `MeshFallbacks.pixels`.
 
         Returns
         -------
         (m,) levels, 0 the finest.
         """
-        level = error_level(levels.error[mesh], self.error * nearest)
+        level = error_level(levels.error[mesh], self.error * pixel_length)
         if not self.texels:
             return level
         accurate = error_level(levels.error[mesh], self.texels * fallbacks.texel[mesh])
         affordable = affordable_level(levels.triangles[mesh], pixels, self.triangles_per_pixel)
         coarser = np.maximum(level, np.minimum(affordable, accurate))
-        return np.where(fallbacks.has_interior[mesh] & (nearest <= 0), level, coarser)
+        return np.where(fallbacks.has_interior[mesh] & (pixel_length <= 0), level, coarser)
 
     def placed_levels(self, fallbacks: MeshFallbacks, levels: MeshLevels, view: View, meshes: Objects) -> Ints:
         """Return the `level` (m,) of each of m meshes that replace depth objects in a view.
@@ -132,4 +134,4 @@ class MeshFallbackRule:
         viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
         nearest = outside(viewer, fallbacks.centre[mesh], fallbacks.half_height[mesh], fallbacks.cylinder_radius[mesh])
         _, pixels = fallbacks.seen(view, mesh, nearest)
-        return self.level(fallbacks, levels, mesh=mesh, nearest=nearest / view.detail_pixels, pixels=pixels)
+        return self.level(fallbacks, levels, mesh=mesh, pixel_length=nearest / view.detail_pixels, pixels=pixels)

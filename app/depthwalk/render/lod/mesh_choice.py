@@ -144,20 +144,20 @@ def farthest_as_mesh(
 
 
 def _drawn_triangles(
-    number: Rows, nearest: Array, fallbacks: MeshFallbacks, levels: MeshLevels, rule: MeshFallbackRule, asked: Mask
+    number: Rows, pixel_length: Array, fallbacks: MeshFallbacks, levels: MeshLevels, rule: MeshFallbackRule, asked: Mask
 ) -> Array:
     """Return how many triangles (m,) would be drawn if meshes replaced the depth objects numbered `number` (m,).
 
     For light meshes these are the triangles of the level to be drawn, once it is read; where `asked` (m,), this starts
     reading it. For other meshes they are all triangles, read or not, so that pictures do not depend on what was read.
-    nearest: (m,) length that a pixel covers at the nearest point of each object, metres in its frame.
+    pixel_length: (m,) that a pixel covers at the nearest point of each object, metres in its frame.
     """
     mesh = fallbacks.mesh[number]
     triangles = fallbacks.triangles[mesh]
     light = np.flatnonzero(asked & (triangles <= MOST_LIGHT))
     if len(light):
         light = light[rule.is_resident(mesh[light])]
-        triangles[light] = levels.drawn(mesh[light], rule.error * nearest[light])
+        triangles[light] = levels.drawn(mesh[light], rule.error * pixel_length[light])
     return triangles
 
 
@@ -202,7 +202,7 @@ class MeshChooser:
         near, nearest = fallbacks.nearer_than(
             view, objects, rows, self._farthest_as_mesh(view, choice, fallbacks, rule.magnification)
         )
-        number = objects.asset[rows[near]]
+        number, pixel_length = objects.asset[rows[near]], nearest / view.detail_pixels
         middle, pixels = fallbacks.seen(view, number, nearest)
         quicker = None
         if choice is not None:
@@ -210,11 +210,11 @@ class MeshChooser:
             if choice.has_advice:
                 size = 2 * np.maximum(fallbacks.cylinder_radius[number], fallbacks.half_height[number]) / middle
                 advised = advised_at(choice.advised[number], size)
-            drawn = _drawn_triangles(number, nearest / view.detail_pixels, fallbacks, levels, rule, advised == UNKNOWN)
+            drawn = _drawn_triangles(number, pixel_length, fallbacks, levels, rule, advised == UNKNOWN)
             modelled = mesh_is_quicker(drawn, pixels)
             quicker = choice.chooses[rows[near]] & np.where(advised == UNKNOWN, modelled, advised == AS_MESH)
         found = rule.allowed(
-            fallbacks, levels, number=number, nearest=nearest / view.detail_pixels, pixels=pixels, quicker=quicker
+            fallbacks, levels, number=number, pixel_length=pixel_length, pixels=pixels, quicker=quicker
         )
         return near[found]
 

@@ -284,7 +284,7 @@ def _cast_as(
             number, table.triangles[number, level]
         )
     found = rule.allowed(
-        table.mesh_fallbacks, table.meshes, number=number, nearest=nearest, pixels=texels, quicker=quicker
+        table.mesh_fallbacks, table.meshes, number=number, pixel_length=nearest, pixels=texels, quicker=quicker
     )
     if not found.any():
         return objects.take(rows), bounds.take(rows)
