@@ -241,6 +241,18 @@ def test_info_tells_of_colours(run: Callable[..., Any], tmp_path: Path) -> None:
         assert described.get("colours") == said and surface in described["material 0"]
 
 
+def test_info_tells_of_the_largest_of_many_materials(run: Callable[..., Any], tmp_path: Path) -> None:
+    """Every third of 100 materials has two triangles."""
+    mesh, faces = tmp_path / "a.obj", ["f 1 2 3\n", "f 2 1 4\n"]
+    parts = "".join(f"usemtl m{number}\n" + "".join(faces[: 1 + (number % 3 == 0)]) for number in range(100))
+    mesh.write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 0 1\n" + parts)
+    (tmp_path / "a.mtl").write_text("".join(f"newmtl m{number}\nKd 0 0 {number / 100}\n" for number in range(100)))
+    found = rows(run("info", mesh).stdout)
+    listed = [name for name in found if name.startswith("material ")]
+    assert len(listed) == 30 and all(found[name].startswith("2 triangles") for name in listed)
+    assert found["other materials"] == "70, 74 triangles"
+
+
 def test_info_tells_what_reflects(run: Callable[..., Any], tmp_path: Path) -> None:
     for terms, told in (({"roughnessFactor": 0.25}, "roughness 0.25, metalness 1"), ({"metallicFactor": 0}, "#ffffff")):
         glb = Glb()

@@ -11,28 +11,25 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 import depthwalk
 from depthwalk import limits
 from depthwalk.commands.exit_codes import BAD_INPUT
 from depthwalk.commands.failures import tell_mistakes
+from depthwalk.commands.mesh_info import mesh_rows
 from depthwalk.commands.options import Quiet, Verbose, named_files
 from depthwalk.commands.program import guarded
-from depthwalk.errors import InputError, counted, missing_file, printable
+from depthwalk.errors import InputError, counted, printable
 from depthwalk.ingest.formats import content
 
 if TYPE_CHECKING:
     from depthwalk.bake.images import BakedObject
-    from depthwalk.ingest.mesh import Mesh
-    from depthwalk.ingest.point_cloud import PointCloud
     from depthwalk.scene.scene import Asset
 
 _LIBRARIES = (
     "numpy", "scipy", "moderngl", "moderngl-window", "imgui-bundle", "trimesh", "embreex", "OpenEXR", "Pillow",
     "pydantic", "PyYAML", "imageio-ffmpeg", "rich", "typer",
 )  # fmt: skip
-
 Row = tuple[str, str]
 
 
@@ -120,7 +117,7 @@ def describe_file(path: Path) -> Iterator[Row]:
         case _ if path.is_file() and (known := content(path)):
             raise InputError(f"{path}: {known[0]}; {known[1]}")
         case _:
-            yield from _mesh_rows(path)
+            yield from mesh_rows(path)
 
 
 def _version(name: str) -> str:
@@ -284,101 +281,6 @@ def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
         depths = image.depth[covered]
         span = f", depths {depths.min():.4g} to {depths.max():.4g} m" if len(depths) else ""
         yield f"part {prefix}{image.name}", f"{width} × {height}, {100 * covered.mean():.1f} % covered{span}"
-
-
-def _mesh_rows(path: Path) -> Iterator[Row]:
-    from depthwalk.ingest.loader import mesh_of
-    from depthwalk.ingest.point_cloud import PointCloud
-    from depthwalk.ingest.reader import read_geometry
-    from depthwalk.ingest.sources import Sources
-
-    if not path.is_file():
-        raise missing_file(path)
-    sources = Sources()
-    geometry = read_geometry(path, sources)
-    if isinstance(geometry, PointCloud):
-        yield from _cloud_rows(geometry, path)
-    else:
-        yield from _triangle_rows(mesh_of(geometry, path), path)
-    if ignored := _unread(sources.read(path), path):
-        yield "not read", ", ".join(ignored)
-
-
-def _cloud_rows(cloud: "PointCloud", path: Path) -> Iterator[Row]:
-    """Yield rows about a scan. The surface through its points is not made, which may take minutes."""
-    from depthwalk.ingest.point_cloud import shown_points
-
-    rows = shown_points(cloud, path)
-    left_out = len(cloud.positions) - len(rows)
-    with_normals = int(np.isfinite(cloud.normals[rows, 0]).sum())
-    yield "kind", cloud.splats or "scan of points, of which the surface through them is drawn"
-    yield "bytes", str(path.stat().st_size)
-    yield (
-        "points",
-        f"{len(rows)}" + (f", without {left_out} that are not finite or at the place of another" if left_out else ""),
-    )
-    yield "colours", "none" if cloud.colours is None else "one for each point"
-    if with_normals == len(rows):
-        yield "normals", "one for each point"
-    else:
-        given = f"of {with_normals} points; the others are" if with_normals else "none; they are"
-        yield "normals", f"{given} found from the points"
-    yield from _size_rows(np.ptp(cloud.positions[rows], axis=0), path)
-
-
-def _size_rows(extent: NDArray[np.floating], path: Path) -> Iterator[Row]:
-    """Yield the lengths (3,) of a model's edges along the axes, metres, and a hint if these may be no metres."""
-    from depthwalk.ingest.units import unit_hint
-
-    yield "size", " × ".join(f"{length:g}" for length in extent.tolist()) + " m"
-    if hint := unit_hint(path, extent, "--height of `bake`, `height` in a scene file"):
-        yield "unit", hint
-
-
-def _triangle_rows(mesh: "Mesh", path: Path) -> Iterator[Row]:
-    from depthwalk.colour import srgb8_from_linear
-    from depthwalk.ingest.texture_beside import texture_hint
-
-    low, high = mesh.bounds
-    yield "kind", "mesh"
-    yield "bytes", str(path.stat().st_size)
-    yield "triangles", str(len(mesh.faces) + len(mesh.translucent_faces))
-    yield "vertices", str(len(mesh.positions))
-    if tinted := bool((mesh.colours < 255).any()):
-        yield "colours", "one for each vertex"
-    yield from _size_rows(high - low, path)
-    if hint := texture_hint(path, "--texture "):
-        yield "texture", f"{hint}, or `texture` in a scene file"
-    for part in (*mesh.parts, *mesh.translucent_parts):
-        material = mesh.materials[part.material]
-        texture = material.texture
-        colour = "no texture" if tinted else "colour #" + bytes(srgb8_from_linear(material.base_colour)).hex()
-        image = colour if texture is None else f"texture {texture.shape[1]} × {texture.shape[0]}"
-        through = "" if material.opacity is None else f", see-through (alpha {material.opacity:.2g})"
-        glow = ", glows" if material.glows else ""
-        relief = material.normal_map
-        bumps = "" if relief is None else f", normal map {relief.shape[1]} × {relief.shape[0]}"
-        light = ", unlit" if material.unlit else ""
-        if (reflection := material.reflection) is not None:
-            light = f", roughness {reflection.roughness:.2g}, metalness {reflection.metalness:.2g}"
-        faces = counted(part.face_count, "triangle")
-        yield f"material {part.material}", f"{faces}, {image}{bumps}{through}{glow}{light}"
-
-
-def _unread(data: bytes, path: Path) -> Sequence[str]:
-    """Return what a mesh file of these bytes that can be read holds beside its mesh, a text for each kind."""
-    from depthwalk.ingest.formats import GLTF_SUFFIXES, INTERCHANGE_SUFFIXES, USD_SUFFIXES
-
-    if path.suffix.lower() in GLTF_SUFFIXES:
-        from depthwalk.ingest.gltf import read_header
-        from depthwalk.ingest.gltf_unread import unread
-
-        return unread(read_header(data, path), is_translated=path.suffix.lower() in USD_SUFFIXES)
-    if path.suffix.lower() in INTERCHANGE_SUFFIXES:
-        from depthwalk.ingest.interchange.reader import parse
-
-        return parse(data, path, geometry=False).unread
-    return ()
 
 
 def _point(point: Sequence[float]) -> str:
