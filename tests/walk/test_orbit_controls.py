@@ -56,15 +56,32 @@ def test_the_turntable_turns_once_in_twelve_seconds_until_somebody_moves() -> No
     assert walk.camera.target == pytest.approx((0, 1, 0)) and {round(math.dist(p, (0, 1, 0)), 6) for p in places} == {5}
     assert places[59] == pytest.approx((0, 1, -5)) and places[119] == pytest.approx(HOME.position, abs=1e-9)
     for stop in (walk.toggle_turntable, lambda: walk.look(1, 0), lambda: walk.held.press(Move.LEFT), walk.go_home):
-        orbit_of(walk).turntable = True
+        walk.turntable = True
         stop()
         walk.advance(0.1)
-        assert not orbit_of(walk).turntable
+        assert not walk.turntable
     walk.toggle_turntable()
     walk.toggle_orbit()
     assert mode_of(walk) is Mode.FLY
     walk.toggle_orbit()
-    assert not orbit_of(walk).turntable
+    assert not walk.turntable
+
+
+def test_who_walks_looks_around_on_the_spot() -> None:
+    walk = state(path=False)
+    walk.set_mode(Mode.WALK)
+    walk.advance(1.0)  # to the height of the eyes
+    before = walk.camera
+    walk.toggle_turntable()
+    for step in range(240):
+        walk.advance(0.1)
+        assert walk.camera.position == pytest.approx(before.position)
+        if step == 119:
+            assert look(walk.camera) == pytest.approx([-x for x in look(before)], abs=1e-9)
+    assert mode_of(walk) is Mode.WALK and look(walk.camera) == pytest.approx(look(before), abs=1e-9)
+    walk.held.press(Move.FORWARD)
+    walk.advance(0.1)
+    assert not walk.turntable
 
 
 def test_a_scene_after_a_model_on_the_turntable_is_put_on_it_at_the_first_wish() -> None:
@@ -75,9 +92,9 @@ def test_a_scene_after_a_model_on_the_turntable_is_put_on_it_at_the_first_wish()
     walk.toggle_turntable()
     scene.path = Path("scene.yaml")
     walk.arrive()
-    assert walk.orbit is None
+    assert walk.orbit is None and not walk.turntable
     walk.toggle_turntable()
-    assert orbit_of(walk).turntable
+    assert walk.turntable
 
 
 def test_keys_take_the_target_along() -> None:

@@ -144,6 +144,10 @@ class Walker:
         self.yaw = math.remainder(self.yaw - right * RADIANS_PER_PIXEL, math.tau)
         self.pitch = glm.clamp(self.pitch - down * RADIANS_PER_PIXEL, -MAX_PITCH, MAX_PITCH)
 
+    def spin(self, angle: float) -> None:
+        """Turn to the right by `angle`, radians, on the spot."""
+        self.yaw = math.remainder(self.yaw - angle, math.tau)
+
     def change_speed(self, notches: float) -> None:
         """Multiply the speed by SPEED_PER_NOTCH for each notch of the wheel, within SPEED_RANGE.
 

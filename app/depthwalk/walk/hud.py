@@ -42,7 +42,7 @@ HELP = (
     ("T / I", "orbit about / inspect what is under the mouse"),
     ("F / Home", "see all objects / return to the first camera"),
     ("4 5 6", "see all from front, right, above; again: opposite"),
-    ("N", "turntable: keep turning about the target"),
+    ("N", "turntable: about the target; walking: look around"),
     ("V", "copy the camera, as a line for the scene file"),
     ("U", "turn a model: y or z points upward"),
     ("P / K", "play / record a camera path; again: stop, save"),

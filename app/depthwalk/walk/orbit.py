@@ -18,6 +18,7 @@ RADIANS_PER_PIXEL = math.radians(0.4)
 CLOSER_PER_NOTCH = 0.9  # factor on the distance, per notch of the wheel
 DISTANCE_RANGE = 1e-4, 1e6  # metres
 TURNTABLE = math.radians(30.0)  # per second
+LOOK_AROUND = TURNTABLE / 2  # of a walking viewer, who sees more of the scene pass by
 _AIMING = 0.08  # s in which the remaining turn falls to 1/e
 _ARRIVED = 1e-3  # of the distance
 _SAME_SIDE = math.cos(math.radians(1.0))

@@ -9,7 +9,7 @@ from pyglm import glm
 
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk import orbit
-from depthwalk.walk.controls import LONGEST_STEP, Walker
+from depthwalk.walk.controls import Walker
 
 
 class OrbitControls:
@@ -19,12 +19,10 @@ class OrbitControls:
     ----------
     camera
         The camera.
-    turntable
-        Whether the camera keeps turning about its target.
     """
 
     def __init__(self, walker: Walker, camera: Camera) -> None:
-        self.camera, self.turntable = camera, False
+        self.camera = camera
         self._walker = walker
         self._next_target: glm.dvec3 | None = None  # metres, world: the point that the camera is turning towards
 
@@ -34,12 +32,16 @@ class OrbitControls:
         self._walker.place(camera)
 
     def stop(self) -> None:
-        """End everything that moves the camera by itself: the turntable, and a turn towards another point."""
-        self.turntable, self._next_target = False, None
+        """End a turn towards another point."""
+        self._next_target = None
 
     def turn(self, right: float, down: float) -> None:
         """Turn the camera about its target by a mouse drag of `right` and `down` pixels."""
         self._move(orbit.turn(self.camera, right, down))
+
+    def spin(self, angle: float) -> None:
+        """Turn the camera about its target by `angle`, radians, around the vertical."""
+        self.turn(angle / orbit.RADIANS_PER_PIXEL, 0.0)
 
     def pan(self, right: float, down: float) -> None:
         """Move camera and target sideways by a mouse drag of `right` and `down` heights of the window."""
@@ -59,14 +61,14 @@ class OrbitControls:
         self._next_target = point
 
     def advance(self, shift: glm.dvec3, dt: float) -> None:
-        """Take the camera and its target along with the walker, then turn it towards the next target and on the spot.
+        """Take the camera and its target along with the walker, then turn it towards the next target.
 
         Parameters
         ----------
         shift
             How far keys have moved the walker in this frame, metres, world.
         dt
-            Time since the last frame, seconds; the turntable turns for at most LONGEST_STEP.
+            Time since the last frame, seconds.
         """
         self._move(self.camera.moved(shift))
         if self._next_target is not None:
@@ -74,9 +76,6 @@ class OrbitControls:
             camera, has_arrived = orbit.aim(self.camera, point, dt)
             self._next_target = None if has_arrived else point
             self._move(camera)
-        if self.turntable:
-            angle = orbit.TURNTABLE * min(dt, LONGEST_STEP)
-            self.turn(angle / orbit.RADIANS_PER_PIXEL, 0.0)
 
     def _move(self, camera: Camera) -> None:
         """Move the camera and, with it, the walker, who keeps the velocity from the keys."""

@@ -20,9 +20,18 @@ from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.collision.obstacles import Obstacles
-from depthwalk.walk.controls import EYE_HEIGHT, EYE_HEIGHTS, SPEED_RANGE, HeldKeys, Move, Walker, natural_speed
+from depthwalk.walk.controls import (
+    EYE_HEIGHT,
+    EYE_HEIGHTS,
+    LONGEST_STEP,
+    SPEED_RANGE,
+    HeldKeys,
+    Move,
+    Walker,
+    natural_speed,
+)
 from depthwalk.walk.framing import distance_to_all, extent_in
-from depthwalk.walk.orbit import Side, distance, with_distance
+from depthwalk.walk.orbit import LOOK_AROUND, TURNTABLE, Side, distance, with_distance
 from depthwalk.walk.orbit_controls import OrbitControls
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.toast import Toast
@@ -66,6 +75,8 @@ class Viewer:
         The camera path that can be played; None if there is none.
     orbit
         The camera that turns about its target, in Mode.ORBIT; None in other modes.
+    turntable
+        Whether the camera keeps turning by itself: about its target or, of a walking viewer, on the spot.
     shown_surfaces
         Knows the surfaces that the window shows; if None, the renderer does.
     held
@@ -95,6 +106,7 @@ class Viewer:
     home: Camera
     playback: Playback | None = None
     orbit: OrbitControls | None = None
+    turntable: bool = False
     shown_surfaces: Surfaces | None = None
     held: HeldKeys = field(default_factory=HeldKeys)
     fast: bool = False
@@ -170,6 +182,7 @@ class Viewer:
         height, and flies if not.
         """
         self._first_speed = self.walker.speed = self._natural_speed()
+        self.turntable = False
         if not is_model_file(self.scene.path):
             self.orbit = None
         elif self.orbit is None:
@@ -214,9 +227,11 @@ class Viewer:
         else:
             self.walker.advance(held, dt, fast=self.fast, ground=self.ground)
         if self.orbit is not None:
-            if held:
-                self.orbit.turntable = False
             self.orbit.advance(self.walker.position - before, dt)
+        self.turntable &= not held
+        if self.turntable:
+            rate = LOOK_AROUND if self.orbit is None else TURNTABLE
+            (self.orbit or self.walker).spin(rate * min(dt, LONGEST_STEP))
 
     @property
     def _obstacles(self) -> Obstacles | None:
@@ -292,7 +307,7 @@ class Viewer:
         if self.playback is None:
             self.tell("No camera path: drop a path file on the window, start with --path FILE, or record one with K")
         else:
-            self._stop_turntable()
+            self.turntable = False
             self.playback.toggle()
             self.jumps += self.playback.playing
 
@@ -305,13 +320,19 @@ class Viewer:
         self.tell("Animations go on" if self.is_animated else f"Animations stopped at {self.moment:.2f} s")
 
     def toggle_turntable(self) -> None:
-        """Start or stop the camera's continuous turn about its target, in orbit; any other move stops it too."""
-        if self.orbit is not None and self.orbit.turntable:
-            self.orbit.turntable = False
-            return
+        """Start or stop the camera's continuous turn about its target, in orbit; any other move stops it too.
+
+        A walking viewer stays on foot and looks around, since a circle about what is far away leads through everything.
+        """
+        turns = not self.turntable
         self._take_over()
-        self._begin_orbit().turntable = True
-        self.tell("Turning about the target; N or any movement stops it")
+        if turns:
+            if self.mode is not Mode.WALK:
+                self._begin_orbit()
+            self.turntable = True
+            self.tell(
+                f"{'Looking around' if self.orbit is None else 'Turning about the target'}; N or any movement stops it"
+            )
 
     def set_mode(self, mode: Mode) -> None:
         """Change the way in which keys and mouse move the camera, without moving it now.
@@ -321,7 +342,7 @@ class Viewer:
         if mode is Mode.ORBIT:
             self._begin_orbit()
         else:
-            self.orbit = None
+            self.orbit, self.turntable = None, False
             self.walker.walking, self.walker.eye_height = mode is Mode.WALK, EYE_HEIGHT
             self.tell("Walking on the ground" if self.walker.walking else "Flying")
 
@@ -380,13 +401,9 @@ class Viewer:
 
     def _take_over(self) -> None:
         """Stop path and turntable: the user moves the camera."""
-        self._stop_turntable()
+        self.turntable = False
         if self.playback is not None:
             self.playback.playing = False
-
-    def _stop_turntable(self) -> None:
-        if self.orbit is not None:
-            self.orbit.turntable = False
 
     def _place(self, camera: Camera) -> None:
         """Place the viewer at `camera`, at rest, and fly if this is not at the eye height of a walking viewer.
@@ -413,6 +430,7 @@ class Viewer:
             metres = distance_to_all(self.renderer, self.camera) if math.isinf(metres) else metres
             self.orbit = OrbitControls(self.walker, with_distance(self.camera, metres))
         self.orbit.stop()
+        self.turntable = False
         self.walker.walking, self.walker.eye_height = False, EYE_HEIGHT
         self.tell("Orbiting a target")
         return self.orbit
