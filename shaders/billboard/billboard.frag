@@ -1,5 +1,6 @@
 // Shows a captured view on an upright plane through the object's middle, with the depth that the view holds at each pixel
 // (Schaufler 1997, "Nailboards"): on the plane itself it would lie in the object's own shadow.
+// Twin: reference/captured_views.py.
 #include "common/captured_views.glsl"
 
 flat in float layer;

@@ -1,4 +1,5 @@
 // Turns an upright rectangle to the viewer, and chooses the nearest of the views captured all around (Rohlf and Helman 1994).
+// Twin: reference/captured_views.py.
 // VIEWS: the number of views.
 #include "common/captured_box.glsl"
 #include "common/per_sample.glsl"

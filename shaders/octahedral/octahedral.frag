@@ -1,5 +1,5 @@
 // Blends three captured views of an object, each shifted by its own depth (Brucks 2018, "Octahedral impostors"). Twin:
-// reference/octahedral.py.
+// reference/captured_views.py.
 // STEPS: how often each view is shifted; published: 1.
 #include "common/captured_views.glsl"
 

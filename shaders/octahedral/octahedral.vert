@@ -1,5 +1,5 @@
 // Finds the three captured views nearest to the direction of the viewer, and their weights (Brucks 2018, "Octahedral
-// impostors"). Twin: reference/octahedral.py.
+// impostors"). Twin: reference/captured_views.py.
 // VIEWS: along a side of the octahedral map. HEMISPHERE: the map covers only the upper half.
 #include "common/captured_box.glsl"
 #include "common/per_sample.glsl"

@@ -10,7 +10,7 @@ from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.geometry.view_directions import azimuth_directions, octahedral_directions
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.reference.octahedral import blended_views, first_hits
+from depthwalk.reference.captured_views import billboard_hits, blended_views, octahedral_hits
 from depthwalk.render.object_ids import object_ids
 from depthwalk.render.passes import default_passes
 from depthwalk.render.passes.object_id import ObjectIdPass
@@ -91,15 +91,21 @@ def test_pictures_shifted_by_their_depth_fit_each_other(gl_device: Device) -> No
     assert off[0] > 1.5 * off[1]
 
 
-def test_the_shader_does_what_its_twin_does(gl_device: Device) -> None:
+@pytest.mark.parametrize("representation", CAPTURED)
+def test_the_shader_does_what_its_twin_does(gl_device: Device, representation: Representation) -> None:
     view = view_from(np.array([0.45, 0.5, 0.74]), 6.0)
-    params = CaptureParams(directions="sphere", count=VIEWS, resolution=SIDE)
     x, y = ((np.arange(n) + 0.5) / n * 2 - 1 for n in SIZE)
     screen = np.stack(np.broadcast_arrays(x[None], y[:, None], 1.0), -1).reshape(-1, 3)
-    twin = first_hits(_views(params), params, np.asarray(view.position), screen @ view.ray_from_screen.T)
+    viewer, rays = np.asarray(view.position), screen @ view.ray_from_screen.T
+    if representation is OCTAHEDRAL:
+        params = CaptureParams(directions="sphere", count=VIEWS, resolution=SIDE)
+        twin = octahedral_hits(_views(params), params, viewer, rays)
+    else:
+        params = CaptureParams(directions="azimuths", count=8, resolution=SIDE)
+        twin = billboard_hits(_views(params), viewer, rays)
     twin = np.where(np.isnan(twin), np.inf, twin).reshape(SIZE[::-1])
-    found = distance_of(gl_device, OCTAHEDRAL, view)
-    assert max(parts_off(found, twin, 0.005)) < 0.02  # drivers filter with 8 bits
+    found = distance_of(gl_device, representation, view)
+    assert max(parts_off(found, twin, 1.2 * DEPTH_STEP)) < 0.002
 
 
 @cache

@@ -1,6 +1,8 @@
-"""Draw an octahedral impostor ray by ray in NumPy: the twin of shaders/octahedral.
+"""Draw captured views ray by ray in NumPy: the twin of shaders/octahedral and shaders/billboard.
 
-Brucks 2018, "Octahedral impostors". Views are looked up in the finest mip-map.
+Octahedral impostors blend three views (Brucks 2018, "Octahedral impostors"); billboards show the nearest of those taken
+all around (Rohlf and Helman 1994), with the depth of each pixel (Schaufler 1997, "Nailboards"). Views are looked up in
+the finest mip-map.
 """
 
 import numpy as np
@@ -39,7 +41,7 @@ def blended_views(direction: Array, params: CaptureParams) -> tuple[NDArray[np.i
     return corners @ [1, params.count], np.array([1 - max(x, y), abs(x - y), min(x, y)])
 
 
-def first_hits(
+def octahedral_hits(
     views: CapturedViews, params: CaptureParams, viewer: Array, rays: Array, steps: int = 1
 ) -> NDArray[np.float64]:
     """Return where an octahedral impostor shows a surface along each ray.
@@ -75,6 +77,37 @@ def first_hits(
         coverage += share
         part += share * (_height(views, number, at) - eye[2]) / ray[:, 2]
     return np.where(coverage >= 0.5, part / np.maximum(coverage, 1e-9), np.nan)
+
+
+def billboard_hits(views: CapturedViews, viewer: Array, rays: Array) -> NDArray[np.float64]:
+    """Return where a billboard shows a surface along each ray.
+
+    Its plane is upright, through the middle of the object, and turned to the viewer. Seen from above, its surface may
+    lie before the object's box; it is then shown where rays enter the rectangle through which the box is seen.
+
+    Parameters
+    ----------
+    views
+        The captured views, `azimuths`.
+    viewer, rays
+        See `octahedral_hits`.
+
+    Returns
+    -------
+    numpy.ndarray
+        (n,) multiples of the rays' lengths; NaN where the billboard shows nothing.
+    """
+    count, from_middle = len(views.colour), viewer - views.centre
+    number = round(np.arctan2(from_middle[0], from_middle[2]) / (2 * np.pi) * count) % count
+    right, _, toward = view_axes(from_middle[None] / np.linalg.norm(from_middle))[0]
+    up = np.array([0.0, 1, 0])
+    axes = np.stack([right, up, np.cross(right, up)])
+    before_box = from_middle @ toward - np.abs(toward) @ views.half_size
+    eye, ray = from_middle @ axes.T / views.radius, rays @ axes.T / views.radius
+    at = _place(eye, ray, np.zeros(len(rays)))
+    shown = (_bilinear(views.colour[number, ..., 3], at) >= 0.5) & (np.abs(at).max(1) < 1) & (ray[:, 2] < 0)
+    hits = np.maximum((_height(views, number, at) - eye[2]) / ray[:, 2], before_box / -(rays @ toward))
+    return np.where(shown, hits, np.nan)
 
 
 def _place(eye: Array, ray: Array, height: Array) -> Array:
