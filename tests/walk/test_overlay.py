@@ -1,8 +1,10 @@
-"""How large widgets are on desktops that enlarge what they show."""
+"""How large widgets are on desktops that enlarge what they show, and what becomes of an error among them."""
 
 import pytest
 
-from depthwalk.walk.overlay import pixels_per_unit
+from depthwalk.gpu.device import Device
+from depthwalk.walk.native_imgui import imgui
+from depthwalk.walk.overlay import Overlay, pixels_per_unit
 
 
 @pytest.mark.parametrize(
@@ -23,3 +25,23 @@ def test_widgets_are_enlarged_as_the_desktop_is_where_the_window_has_room(
     buffer_size: tuple[int, int], density: float, pixels: float
 ) -> None:
     assert pixels_per_unit(buffer_size, density) == pytest.approx(pixels)
+
+
+def broken_section() -> None:
+    imgui.begin("panel")
+    imgui.push_item_width(-100)
+    imgui.begin_table("table", 2)
+    raise ValueError("what is really wrong")
+
+
+def test_an_error_in_the_middle_of_a_section_is_told_as_it_is(gl_device: Device) -> None:
+    """Not as what imgui misses after it, and the next overlay begins without anything of it."""
+    screen = gl_device.context.simple_framebuffer((64, 48))
+    broken = Overlay(gl_device, lambda: 1.0)
+    with pytest.raises(ValueError, match="what is really wrong"):
+        broken.draw(screen, screen.size, 0.1, broken_section)
+    broken.release()
+    whole = Overlay(gl_device, lambda: 1.0)
+    whole.draw(screen, screen.size, 0.1, lambda: imgui.text("whole"))
+    whole.release()
+    screen.release()

@@ -12,8 +12,9 @@ import pytest
 from tools.gpu_faults import Walk, faulty_contexts
 
 from depthwalk.assets.background import BackgroundLibrary
+from depthwalk.gpu.failures import GpuError
 from depthwalk.scene.loader import load_scene
-from depthwalk.walk import app
+from depthwalk.walk import app, panel
 from depthwalk.walk.walk_options import WalkOptions
 from depthwalk.walk.window import open_window
 from window_program import PATIENCE, linux
@@ -102,3 +103,31 @@ def test_a_gpu_that_fails_again_and_again_ends_the_walk(display: None, scene_fil
 
 def always_refused(name: str) -> None:
     raise moderngl.Error(f"no memory for a {name}")
+
+
+@linux
+@pytest.mark.parametrize("error", [GpuError("no memory"), ValueError("a mistake"), SystemExit(143)])
+def test_an_error_in_a_section_of_the_panel_is_told_as_it_is(
+    display: None, scene_file: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException
+) -> None:
+    """So that the walk goes on after one of the GPU, and a signal ends it as everywhere."""
+
+    def broken(*_: object) -> None:
+        raise error
+
+    scene = load_scene(scene_file)
+    walk = app.Walk(open_window("scene", (480, 360)), BackgroundLibrary(scene.assets), WalkOptions())
+    try:
+        walk.start(scene)
+        walk.state.panel = True
+        with monkeypatch.context() as patch:
+            patch.setattr(panel, "_draw_environment", broken)
+            with pytest.raises(type(error)) as caught:
+                walk.step()
+        assert caught.value is error
+        if isinstance(error, GpuError):
+            walk.recover(error)
+            walk.step()
+            assert walk.state.panel and walk.renderer.plan is not None
+    finally:
+        walk.release()

@@ -67,17 +67,15 @@ class Overlay:
         dt
             Seconds since the last frame.
         widgets
-            Calls imgui to describe the widgets.
+            Calls imgui to describe the widgets. After an exception of it the overlay can only be released.
         """
         unit = pixels_per_unit(buffer_size, self._density())
         self.io.display_size = imgui.ImVec2(*(pixels / unit for pixels in buffer_size))
         self.io.display_framebuffer_scale = imgui.ImVec2(unit, unit)
         self.io.delta_time = max(dt, 1e-5)
         imgui.new_frame()
-        try:
-            widgets()
-        finally:
-            imgui.render()
+        widgets()  # if this raises, the overlay is released: imgui could only complain of what was begun and not ended
+        imgui.render()
         self.renderer.draw(imgui.get_draw_data(), screen)
 
     def release(self) -> None:
