@@ -1,5 +1,6 @@
 from typing import Literal
 
+import numpy as np
 import pytest
 from imgui_bundle import imgui
 from imgui_bundle._imgui_bundle.imgui import IO
@@ -7,7 +8,7 @@ from imgui_bundle._imgui_bundle.imgui import IO
 from depthwalk.params import Params, param
 from depthwalk.scene.environment import FogParams, SkyParams, SunParams
 from depthwalk.scene.render_settings import PictureParams, RenderSettings
-from depthwalk.walk.fields import LABEL_WIDTH, Control, controls_of, draw_tooltip
+from depthwalk.walk.fields import LABEL_WIDTH, Control, controls_of, draw_group, draw_tooltip
 
 
 class Sample(Params):
@@ -89,3 +90,27 @@ def test_the_longest_help_under_the_mouse_fits_the_window(overlay_io: IO, size: 
         imgui.render()
     assert box.pos.x >= 0 and box.pos.x + box.size.x <= size[0]
     assert box.pos.y >= 0 and box.pos.y + box.size.y <= size[1]
+
+
+class Rounded(Params):
+    error: float = param(0.05, "Rounded to float32, its least is smaller and its most larger", ge=0.01, le=0.1)
+
+
+@pytest.mark.parametrize(("x", "end"), [(0, 0.01), (390, 0.1)])
+def test_the_ends_of_a_slider_are_not_refused(overlay_io: IO, x: float, end: float) -> None:
+    assert float(np.float32(0.01)) < 0.01 and float(np.float32(0.1)) > 0.1
+    overlay_io.display_size = imgui.ImVec2(400, 100)
+    group, middle = Rounded(), 0.0
+    for mouse, held in ((100, False), (100, False), (100, True), (100, True), (x, True), (x, True)):
+        overlay_io.add_mouse_pos_event(mouse, middle)
+        overlay_io.add_mouse_button_event(0, held)
+        imgui.new_frame()
+        imgui.set_next_window_pos((0, 0))
+        imgui.set_next_window_size((400, 100))
+        imgui.begin("sliders")
+        imgui.push_item_width(200)
+        assert draw_group(group) == ""
+        middle = (imgui.get_item_rect_min().y + imgui.get_item_rect_max().y) / 2
+        imgui.end()
+        imgui.render()
+    assert group.error == end

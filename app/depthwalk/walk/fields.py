@@ -180,7 +180,8 @@ def _draw_number(control: Control, value: Any) -> Any:
         return _changed(imgui.drag_float(control.label, value, 0.05, format=form), value)
     wide = low > 0 and high / low >= 100
     flags = imgui.SliderFlags_.always_clamp | (imgui.SliderFlags_.logarithmic if wide else 0)
-    return _changed(imgui.slider_float(control.label, value, low, high, form, flags), value)
+    changed, number = imgui.slider_float(control.label, value, low, high, form, flags)
+    return min(max(number, low), high) if changed else value  # rounded to float32, an end may be outside the range
 
 
 def _draw_integer(control: Control, value: Any) -> Any:
