@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -8,7 +9,7 @@ from imgui_bundle._imgui_bundle.imgui import IO
 from depthwalk.params import Params, param
 from depthwalk.scene.environment import FogParams, SkyParams, SunParams
 from depthwalk.scene.render_settings import PictureParams, RenderSettings
-from depthwalk.walk.fields import LABEL_WIDTH, Control, controls_of, draw_group, draw_tooltip
+from depthwalk.walk.fields import LABEL_WIDTH, Control, controls_of, draw_group, draw_slider, draw_tooltip
 
 
 class Sample(Params):
@@ -96,21 +97,59 @@ class Rounded(Params):
     error: float = param(0.05, "Rounded to float32, its least is smaller and its most larger", ge=0.01, le=0.1)
 
 
-@pytest.mark.parametrize(("x", "end"), [(0, 0.01), (390, 0.1)])
-def test_the_ends_of_a_slider_are_not_refused(overlay_io: IO, x: float, end: float) -> None:
-    assert float(np.float32(0.01)) < 0.01 and float(np.float32(0.1)) > 0.1
-    overlay_io.display_size = imgui.ImVec2(400, 100)
-    group, middle = Rounded(), 0.0
-    for mouse, held in ((100, False), (100, False), (100, True), (100, True), (x, True), (x, True)):
-        overlay_io.add_mouse_pos_event(mouse, middle)
-        overlay_io.add_mouse_button_event(0, held)
+class Mouse:
+    """Moves and clicks on one widget of a window, frame by frame."""
+
+    def __init__(self, io: IO, widget: Callable[[], None]) -> None:
+        self.io, self.widget, self.middle = io, widget, 0.0
+        io.display_size = imgui.ImVec2(400, 100)
+
+    def at(self, x: float, held: bool) -> None:
+        for _ in range(2):  # imgui takes a click only where it has seen the mouse
+            self.io.add_mouse_pos_event(x, self.middle)
+            self.io.add_mouse_button_event(0, held)
+            self.draw()
+
+    def type(self, text: str) -> None:
+        self.io.add_key_event(imgui.Key.mod_ctrl, True)
+        for held in (False, True, False):
+            self.at(100, held)
+        self.io.add_key_event(imgui.Key.mod_ctrl, False)
+        self.io.add_input_characters_utf8(text)
+        for pressed in (True, False):
+            self.draw()
+            self.io.add_key_event(imgui.Key.enter, pressed)
+        self.draw()
+
+    def draw(self) -> None:
         imgui.new_frame()
         imgui.set_next_window_pos((0, 0))
         imgui.set_next_window_size((400, 100))
-        imgui.begin("sliders")
+        imgui.begin("widget")
         imgui.push_item_width(200)
-        assert draw_group(group) == ""
-        middle = (imgui.get_item_rect_min().y + imgui.get_item_rect_max().y) / 2
+        self.widget()
+        self.middle = (imgui.get_item_rect_min().y + imgui.get_item_rect_max().y) / 2
         imgui.end()
         imgui.render()
-    assert group.error == end
+
+
+@pytest.mark.parametrize(("x", "end"), [(0, 0.01), (390, 0.1)])
+def test_the_ends_of_a_slider_are_not_refused(overlay_io: IO, x: float, end: float) -> None:
+    assert float(np.float32(0.01)) < 0.01 and float(np.float32(0.1)) > 0.1
+    group, refusals = Rounded(), set()
+    mouse = Mouse(overlay_io, lambda: refusals.add(draw_group(group)))
+    for place, held in ((100, False), (100, True), (x, True)):
+        mouse.at(place, held)
+    assert group.error == end and refusals == {""}
+
+
+@pytest.mark.parametrize(("text", "expected"), [("nan", 0.5), ("1e99", 0.5), ("-inf", 0.5), ("7", 7)])
+def test_what_is_no_number_is_not_taken_where_a_value_is_typed(overlay_io: IO, text: str, expected: float) -> None:
+    values = [0.5]
+
+    def slider() -> None:
+        changed, value = draw_slider("slider", values[-1], 0.0, 1.0, "%.3g")
+        values.extend([value] * changed)
+
+    Mouse(overlay_io, slider).type(text)
+    assert values[-1] == expected

@@ -3,6 +3,7 @@
 So a new setting appears in the panel without any code here.
 """
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cache
@@ -154,6 +155,27 @@ def _draw(control: Control, value: Any) -> Any:
     return value
 
 
+def draw_slider(label: str, value: float, low: float, high: float, form: str, flags: int = 0) -> tuple[bool, float]:
+    """Draw a slider from `low` to `high`; return whether the user changed the value, and the value, which is finite.
+
+    Parameters
+    ----------
+    label
+        The text at its right.
+    value
+        The present value.
+    low, high
+        The ends of the slider; Ctrl+click lets the user type values beyond them, unless `flags` have `always_clamp`.
+    form
+        How the value is written, as in C.
+    flags
+        imgui's flags of sliders.
+    """
+    changed, number = imgui.slider_float(label, value, low, high, form, flags)
+    is_number = math.isfinite(number)  # not if "nan" or "1e99" is typed
+    return changed and is_number, number if is_number else value
+
+
 def draw_tooltip(text: str) -> None:
     """Draw a text under the mouse, wrapped to fit the window; `imgui.set_tooltip` does not wrap."""
     if imgui.begin_tooltip():
@@ -180,7 +202,7 @@ def _draw_number(control: Control, value: Any) -> Any:
         return _changed(imgui.drag_float(control.label, value, 0.05, format=form), value)
     wide = low > 0 and high / low >= 100
     flags = imgui.SliderFlags_.always_clamp | (imgui.SliderFlags_.logarithmic if wide else 0)
-    changed, number = imgui.slider_float(control.label, value, low, high, form, flags)
+    changed, number = draw_slider(control.label, value, low, high, form, flags)
     return min(max(number, low), high) if changed else value  # rounded to float32, an end may be outside the range
 
 

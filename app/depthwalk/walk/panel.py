@@ -12,7 +12,7 @@ from depthwalk.scene.render_settings import PictureParams
 from depthwalk.scene.saved_values import count_text
 from depthwalk.scene.yaml_text import block_lines
 from depthwalk.walk.controls import SPEED_RANGE
-from depthwalk.walk.fields import LABEL_WIDTH, draw_group, draw_tooltip
+from depthwalk.walk.fields import LABEL_WIDTH, draw_group, draw_slider, draw_tooltip
 from depthwalk.walk.files import SavedTo
 from depthwalk.walk.native_imgui import imgui
 from depthwalk.walk.playback import Playback
@@ -149,10 +149,10 @@ def _draw_view(state: State) -> None:
     if changed:
         state.set_mode(_MODES[index])
     flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.always_clamp
-    changed, speed = imgui.slider_float("speed", walker.speed, *SPEED_RANGE, "%.3g m/s", flags)
+    changed, speed = draw_slider("speed", walker.speed, *SPEED_RANGE, "%.3g m/s", flags)
     if changed:
         state.set_speed(speed)
-    changed, fov = imgui.slider_float("field of view", math.degrees(state.camera.fov), *_FOV_RANGE, "%.0f\u00b0")
+    changed, fov = draw_slider("field of view", math.degrees(state.camera.fov), *_FOV_RANGE, "%.0f\u00b0")
     if changed:
         state.set_fov(math.radians(fov))
     draw_group(state.scene.walk, only=("collide",))
@@ -163,13 +163,13 @@ def _draw_path(state: State, playback: Playback) -> None:
         state.toggle_path()
     imgui.same_line()
     _, playback.loop = imgui.checkbox("loop", playback.loop)
-    moved, seconds = imgui.slider_float("time", playback.time, 0.0, playback.duration, "%.2f s")
+    moved, seconds = draw_slider("time", playback.time, 0.0, playback.duration, "%.2f s")
     if moved:
         state.seek(min(max(seconds, 0.0), playback.duration))
 
 
 def _draw_intensity(label: str, light: SunParams | AmbientParams) -> None:
-    changed, intensity = imgui.slider_float(label, light.intensity, 0.0, _SUN_MAX, "%.2f")
+    changed, intensity = draw_slider(label, light.intensity, 0.0, _SUN_MAX, "%.2f")
     if changed:
         light.intensity = min(max(intensity, 0.0), 100.0)
 
@@ -183,8 +183,8 @@ def _draw_environment(state: State) -> None:
     sun, ambient, sky = environment.sun, environment.ambient, environment.sky
     imgui.begin_disabled(sky is not None and sky.is_sun)
     elevation, azimuth, _ = glm.degrees(glm.polar(-glm.dvec3(*sun.direction)))
-    turned, azimuth = imgui.slider_float("sun azimuth", azimuth, -180, 180, "%.0f\u00b0")
-    raised, elevation = imgui.slider_float("sun elevation", elevation, -89, 89, "%.0f\u00b0")
+    turned, azimuth = draw_slider("sun azimuth", azimuth, -180, 180, "%.0f\u00b0")
+    raised, elevation = draw_slider("sun elevation", elevation, -89, 89, "%.0f\u00b0")
     if turned or raised:
         direction = components(-glm.euclidean(glm.radians(glm.dvec2(elevation, azimuth))))
         x, y, z = (round(part, _DIRECTION_DIGITS) for part in direction)
