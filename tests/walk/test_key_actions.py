@@ -74,6 +74,18 @@ def test_escape_closes_what_is_in_front() -> None:
     assert closed == ["loading", "mouse", "window"]
 
 
+def test_the_panel_releases_the_mouse_when_it_opens() -> None:
+    """Which may be captured again beside it."""
+    mouse = SimpleNamespace(captured=True, capture=lambda on: setattr(mouse, "captured", on))
+    viewer = walk(input=mouse)
+    toggle = key_actions(viewer)["TAB"]
+    toggle()
+    assert (viewer.state.panel, mouse.captured) == (True, False)
+    mouse.captured = True
+    toggle()
+    assert (viewer.state.panel, mouse.captured) == (False, True)
+
+
 def test_escape_warns_before_values_are_lost() -> None:
     """Once: pressed again it closes; and neither of false colours nor of what no file can hold."""
     closed: list[bool] = []

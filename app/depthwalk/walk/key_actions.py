@@ -77,7 +77,7 @@ def key_actions(walk: Walk) -> dict[str, Callable[[], None]]:
         "P": state.toggle_path,
         "R": lambda: _reload(walk),
         "T": lambda: state.turn_about(*walk.input.pointer),
-        "TAB": toggle("panel"),
+        "TAB": lambda: _toggle_panel(walk),
         "U": lambda: _turn_up(walk),
         "X": lambda: next_shown(state.renderer.settings.inspection),
         "Z": toggle("hud"),
@@ -109,6 +109,13 @@ def _escape(walk: Walk) -> None:
         state.tell(warning)
     else:
         walk.window.close()
+
+
+def _toggle_panel(walk: Walk) -> None:
+    """Show the panel, and release the mouse, which is needed there; or hide the panel."""
+    walk.state.panel = not walk.state.panel
+    if walk.state.panel and walk.input.captured:
+        walk.input.capture(False)
 
 
 def _warning(state: State, unsaved: Mapping[str, Any]) -> str:
