@@ -22,7 +22,7 @@ from depthwalk.walk import keeping, panel
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.fields import controls_of
 from depthwalk.walk.file_watch import state_of
-from depthwalk.walk.files import saved_to
+from depthwalk.walk.files import opened_of, saved_to
 from depthwalk.walk.keeping import keep, save_as_new
 from depthwalk.walk.state import Keeping, State
 from walks import FakeRenderer
@@ -271,3 +271,27 @@ def test_a_sky_without_its_picture_is_saved(tmp_path: Path, scene_file: Path, mo
     assert sky.image.name == "picture.png" and walk.state.changed["environment"]["sky"]["model"] == "image"
     walk.state.undo_changes()
     assert sky.model == model and walk.state.changed == {}
+
+
+@pytest.mark.parametrize(
+    ("files", "opened", "left_out"),
+    [
+        ("a.ply", "a.ply", ""),
+        ("a.yaml", "a.yaml", ""),
+        ("a.txt", "a.txt", ""),  # which is told when it is read
+        ("a.ply b.OBJ", "a.ply b.OBJ", ""),
+        ("a.mtl a.obj a.png", "a.obj", ""),
+        ("a.bin a.gltf b.ply a.jpg", "a.gltf b.ply", ""),
+        ("a.ply b.yaml c.txt", "a.ply", "b.yaml and 1 more"),
+        ("a.yaml b.yaml", "a.yaml", "b.yaml"),
+        ("a.yaml b.ply", "a.yaml", "b.ply"),
+        ("a.png b.yaml", "b.yaml", "a.png"),
+        ("a.txt b.ply", "b.ply", "a.txt"),
+    ],
+)
+def test_of_several_dropped_files_what_can_be_shown_is_opened_and_the_rest_told(
+    files: str, opened: str, left_out: str
+) -> None:
+    shown, told = opened_of([Path(file) for file in files.split()])
+    assert shown == tuple(map(Path, opened.split()))
+    assert told == (f"Not opened: {left_out}. A window shows one scene, or several meshes" if left_out else "")

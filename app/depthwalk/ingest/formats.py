@@ -31,6 +31,7 @@ OTHER_POINT_SUFFIXES = (".asc", ".e57", ".ksplat", ".pcd", ".pts", ".ptx", ".sog
 BAKED_SUFFIX, COOKED_SUFFIX = ".dpci.exr", ".dpci.npz"
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".tga", ".gif", ".ppm", ".dds")
 SKY_SUFFIXES = (".hdr", ".exr", *IMAGE_SUFFIXES)
+MESH_PART_SUFFIXES = (".mtl", ".bin", *IMAGE_SUFFIXES)  # of files that meshes name, and that are read with them
 
 SCENE_SUFFIXES = (".yaml", ".yml")
 _SCENE = "a scene or a camera path", "`view`, `render` and `check` take it"

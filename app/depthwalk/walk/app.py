@@ -14,7 +14,7 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.failures import GPU_FAILURES
-from depthwalk.ingest.formats import MESH_SUFFIXES, is_model_file
+from depthwalk.ingest.formats import is_model_file
 from depthwalk.render.up_axis import ModelTurn
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
@@ -25,6 +25,7 @@ from depthwalk.walk.background_work import BackgroundWork
 from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.file_watch import OwnChange, SceneWatch
+from depthwalk.walk.files import opened_of
 from depthwalk.walk.framing import home_in
 from depthwalk.walk.gamepad import Gamepad
 from depthwalk.walk.input import Input
@@ -371,11 +372,8 @@ class Walk:
         self._watch.accept(change)
 
     def _drop(self, files: list[Path]) -> None:
-        """Open the meshes that were dropped on the window, or the first of other files, and tell of those left out."""
-        self.next_files = tuple(files)
-        if len(files) > 1 and not all(file.suffix.lower() in MESH_SUFFIXES for file in files):
-            self.next_files = (files[0],)
-            self._left_out = f"Only {files[0].name} is opened: a window shows one scene, or several meshes"
+        """Open what was dropped on the window before the next frame, and tell then of what is left out."""
+        self.next_files, self._left_out = opened_of(files)
 
     def _draw(self, dt: float) -> None:
         """Draw a frame with its widgets; `dt` is the time since the last one, seconds."""

@@ -1,4 +1,4 @@
-"""Decide where a walk saves what the user keeps, and save files under new names, without overwriting anything."""
+"""Decide which files a walk opens and where it saves what the user keeps, and save files under new names."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from depthwalk.files import staging_folder
-from depthwalk.ingest.formats import is_model_file
+from depthwalk.ingest.formats import MESH_PART_SUFFIXES, MESH_SUFFIXES, SCENE_SUFFIXES, is_model_file
 from depthwalk.resources import scene_root
 from depthwalk.scene.saved_values import is_writable
 
@@ -82,6 +82,26 @@ def _moved(whole: Path, path: Path) -> bool:
         path.unlink()
         raise
     return True
+
+
+def opened_of(dropped: Sequence[Path]) -> tuple[tuple[Path, ...], str]:
+    """Return which of the files that the user drops at once are opened, and what to tell of the others, "" if nothing.
+
+    A scene or camera path that comes first is opened by itself, otherwise all meshes together; without meshes a scene
+    or path, or else the first file. What meshes name, such as their pictures, is not told of: it is read with them.
+    """
+    first, *_ = dropped
+    meshes, scenes = (
+        tuple(file for file in dropped if file.suffix.lower() in suffixes)
+        for suffixes in (MESH_SUFFIXES, SCENE_SUFFIXES)
+    )
+    opened = scenes[:1] if first in scenes else meshes or scenes[:1] or (first,)
+    read_along = MESH_PART_SUFFIXES if opened == meshes else ()
+    left_out = [file for file in dropped if file not in opened and file.suffix.lower() not in read_along]
+    if not left_out:
+        return opened, ""
+    more = f" and {len(left_out) - 1} more" if len(left_out) > 1 else ""
+    return opened, f"Not opened: {left_out[0].name}{more}. A window shows one scene, or several meshes"
 
 
 def saved_to(path: Path) -> SavedTo:
