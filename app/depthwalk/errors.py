@@ -1,6 +1,7 @@
 """Define the exception that reports wrong input from the user, and suggest corrections for misspelt words."""
 
 import os
+import re
 from collections.abc import Iterable
 from contextlib import suppress
 from difflib import get_close_matches
@@ -12,6 +13,9 @@ _MAX_NAMES = 10_000
 
 # Most characters of a name that a message quotes.
 _MAX_QUOTED = 60
+
+# An address, such as https://example.org/a.glb, once `Path` has made one slash of two. Drives have one letter.
+_ADDRESS = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):/+")
 
 
 class InputError(Exception):
@@ -121,15 +125,49 @@ def missing_file(path: Path) -> InputError:
     """
     if str(path) == "-":
         return InputError("-: standard input is not read; name a file")
-    if path.parts[:1] in (("http:",), ("https:",)):
-        return InputError(f"{path}: nothing is read from the network; download it, and name the file")
     if path.is_dir():
         return InputError(f"{path}: is a folder")
     if path.exists():
         return InputError(f"{path}: not a file")
     with suppress(OSError, ValueError):  # it is no link, or no file can have that name
         return InputError(f"{path}: a link to {os.readlink(path)!r}, which does not exist")
-    return InputError(f"{path}: no such file{suggest_file(path)}")
+    return InputError(f"{as_given(path)}: no such file{suggest_file(path)}")
+
+
+def as_given(path: Path) -> str:
+    """Return a name as the user wrote it, with the slashes after `https:` or `file:` of which `Path` leaves one."""
+    return _ADDRESS.sub(
+        lambda found: f"{found[1]}:///" if found[1].lower() == "file" else f"{found[1]}://", str(path), 1
+    )
+
+
+def foreign_name(path: Path) -> str:
+    """Return the end of a message about a name that no file has, but that other programs would understand.
+
+    These are addresses, the home folder as a shell writes it, and Windows' separators where folders have others. None
+    of them is expanded: a shell does so before the program sees the name, except in quotes and in `--option=~/name`,
+    and a scene file shall mean the same for every user.
+
+    Parameters
+    ----------
+    path
+        The name as it was given, relative or absolute.
+
+    Returns
+    -------
+    str
+        Such as `; write 'models/a.ply'`, and why; "" for all other names.
+    """
+    name = str(path)
+    if address := _ADDRESS.match(name):
+        remedy = "leave out 'file://'" if address[1].lower() == "file" else "name a file on this machine"
+        return f"; addresses are not opened: {remedy}"
+    if name[:1] == "~" and len(path.parts) > 1:
+        return "; '~' means the home folder only to a shell: write the folder's name"
+    if "\\" in path.name and os.sep == "/":
+        slashed = name.replace("\\", "/")
+        return f"; write {slashed!r}: folders are separated by '/'"
+    return ""
 
 
 def suggest_file(path: Path) -> str:
@@ -137,8 +175,10 @@ def suggest_file(path: Path) -> str:
 
     The ending must be the same, or nearly so, as with `a.yml` and `a.yaml`. A name without an ending also matches files
     of that name with one, scenes first. Folders are never meant, nor what has the very name: it may be there, and be
-    something else.
+    something else. Names of other programs come before all that, see `foreign_name`.
     """
+    if foreign := foreign_name(path):
+        return foreign
     try:
         with os.scandir(path.parent) as entries:
             some = islice(entries, _MAX_NAMES)

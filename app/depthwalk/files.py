@@ -18,14 +18,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, as_given, foreign_name
 
 _STAGING = ".bake-"  # prefix of staging folders' names, before the number of the process
 _STALE = 86_400  # seconds after which leftovers are removed if their process cannot be checked
 _run = ""  # see `work_for`
 
 
-def check_folder(path: Path) -> None:
+def check_folder(path: Path, *, may_be_folder: bool = False) -> None:
     """Check that a file can be written, before its contents are computed.
 
     The check writes an unnamed file in its folder: only this reveals missing permissions and read-only disks.
@@ -34,6 +34,8 @@ def check_folder(path: Path) -> None:
     ----------
     path
         The file, which may exist.
+    may_be_folder
+        Whether a folder is to be made at `path`, or filled that exists.
 
     Raises
     ------
@@ -46,8 +48,8 @@ def check_folder(path: Path) -> None:
     try:
         if not folder.is_dir():
             why = "is a file" if folder.exists() else "does not exist"
-            raise InputError(f"{path}: the folder {str(folder)!r} {why}")
-        if path.is_dir():
+            raise InputError(f"{as_given(path)}: the folder {as_given(folder)!r} {why}{foreign_name(path)}")
+        if not may_be_folder and path.is_dir():
             raise InputError(f"{path}: is a folder")
         with suppress(FileNotFoundError):
             os.lstat(_temporary(path))  # fails for names that no file can have
@@ -202,6 +204,14 @@ def temporary_folder() -> "tempfile.TemporaryDirectory[str]":
 
 # The machine is optional, since names did not contain it at first: such leftovers are removed once they are old.
 _OURS = re.compile(rf"(?:\.|{re.escape(_STAGING)})(?P<process>\d{{1,9}})-(?:(?P<machine>[0-9a-f]{{6}})-)?.+")
+
+
+_STAGED = re.compile(rf"{re.escape(_STAGING)}\d{{1,9}}-[0-9a-f]{{6}}-[^/\\]*[/\\]")
+
+
+def finished_names(text: str) -> str:
+    """Return a message without the names of staging folders, so that files are named as they will be."""
+    return _STAGED.sub("", text)
 
 
 def remove_leftovers(folder: Path) -> None:

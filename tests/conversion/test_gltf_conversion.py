@@ -341,6 +341,37 @@ def test_the_command_makes_a_folder_beside_the_file(copies: Path) -> None:
     assert again.exit_code == 2 and again.stderr.count("\n") == 1 and "is not empty" in again.stderr
 
 
+def test_messages_name_files_as_they_will_be(tmp_path: Path) -> None:
+    """Not by the temporary folder in which they are made: its name would mean nothing, and it is gone."""
+    glb = Glb()
+    wedge(glb, material=0)
+    glb.header["images"] = [{"bufferView": glb.view(b"no picture at all"), "mimeType": "image/png"}]
+    glb.header["textures"] = [{"source": 0}]
+    glb.header["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    path = glb.write(tmp_path / "unread.glb", {"mesh": 0, "name": "chair"})
+    failed = CliRunner().invoke(app, ["convert", str(path)])
+    assert (failed.exit_code, failed.stderr) == (
+        2,
+        f"{path}: {tmp_path / 'unread' / 'textures' / 'picture-0.png'}: cannot be read as an image\n",
+    )
+
+    glb = Glb()
+    wedge(glb)
+    glb.mesh({"POSITION": glb.accessor(WEDGE * (1, 1, 0) * (1, 0, 1))}, FACES)
+    path = glb.write(tmp_path / "flat.glb", {"mesh": 0}, {"mesh": 1, "name": "line"})
+    failed = CliRunner().invoke(app, ["convert", str(path)])
+    assert (failed.exit_code, failed.stderr) == (
+        2,
+        f"{path}: {tmp_path / 'flat' / 'line'}.glb: flat: none of its 4 faces has an area\n",
+    )
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["flat.glb", "unread.glb"]
+
+
+def test_the_file_is_looked_for_before_a_folder_for_its_scene(tmp_path: Path) -> None:
+    run = CliRunner().invoke(app, ["convert", str(tmp_path / "none" / "a.glb")])
+    assert (run.exit_code, run.stderr) == (2, f"{tmp_path / 'none' / 'a.glb'}: no such file\n")
+
+
 def test_points_and_lines_that_are_not_converted_are_told(tmp_path: Path) -> None:
     glb = Glb()
     wedge(glb)

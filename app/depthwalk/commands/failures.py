@@ -53,10 +53,10 @@ def tell_failure(error: Exception, verbose: bool = False) -> int:
         tell(traceback.format_exc().rstrip())
     elif isinstance(error, OSError) and error.errno in _OF_THE_DISK:
         where = "depthwalk" if error.filename is None else str(error.filename)
-        tell(printable(f"{where}: {error.strerror}"))
+        tell(from_here(printable(f"{where}: {error.strerror}")))
     else:
         lines = str(error).strip().splitlines()
-        tell(f"depthwalk: {type(error).__name__}: {printable(lines[0]) if lines else 'no message'}")
+        tell(f"depthwalk: {type(error).__name__}: {from_here(printable(lines[0])) if lines else 'no message'}")
         tell("run with --verbose for the traceback")
     return FAILURE
 

@@ -7,6 +7,7 @@ from contextlib import suppress
 from pathlib import PurePath
 
 from depthwalk.errors import printable
+from depthwalk.files import finished_names
 
 _log = logging.getLogger("depthwalk")
 
@@ -14,8 +15,10 @@ _log = logging.getLogger("depthwalk")
 def from_here(line: str) -> str:
     """Return a message with the names of files, at its beginning and behind places, relative to the current folder.
 
-    A scene's files are known by absolute names, which are longer than what the user typed and differ by machine.
+    A scene's files are known by absolute names, which are longer than what the user typed and differ by machine. Files
+    that are being written are named as they will be.
     """
+    line = finished_names(line)
     with suppress(OSError):  # the current folder no longer exists
         here = os.path.join(os.getcwd(), "")
         return line.removeprefix(here).replace(f": {here}", ": ")

@@ -7,7 +7,7 @@ from typing import Literal
 
 from depthwalk.bake.params import Axis, Coordinates, Layers, Method, ModelParams
 from depthwalk.commands.baking import mesh_spec
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, as_given, foreign_name
 from depthwalk.ingest.formats import SCENE_SUFFIXES
 from depthwalk.resources import given_or_shipped
 from depthwalk.scene.loader import load_scene
@@ -85,7 +85,7 @@ def find_subjects(files: Sequence[Path], roots: Sequence[Path], choices: Choices
     """
     for root in roots:
         if not root.is_dir():
-            raise InputError(f"--asset-root {root}: no such folder")
+            raise InputError(f"--asset-root {as_given(root)}: no such folder{foreign_name(root)}")
     subjects: list[Subject] = []
     for file in (_find(file, roots) for file in files):
         if file.suffix.lower() in SCENE_SUFFIXES:

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,8 @@ from numpy.typing import NDArray
 from depthwalk.conversion.environment import camera_values, environment_values, sky_values
 from depthwalk.conversion.keyframes import Tracks
 from depthwalk.conversion.models import HEAVY, Division, Model, divide
-from depthwalk.errors import InputError, counted
-from depthwalk.files import staging_folder
+from depthwalk.errors import InputError, counted, missing_file
+from depthwalk.files import check_folder, staging_folder
 from depthwalk.ingest.formats import GLTF_SUFFIXES, USD_SUFFIXES
 from depthwalk.ingest.gltf import read_header
 from depthwalk.ingest.gltf_points import holds_points, undrawn_beside
@@ -97,6 +98,8 @@ def convert_gltf(path: Path, folder: Path, report: Report = lambda name, step: N
     """
     if path.suffix.lower() not in GLTF_SUFFIXES:
         raise InputError(f"{path}: only glTF, GLB and USD files hold scenes that can be converted")
+    if not path.is_file():
+        raise missing_file(path)
     check_new(folder)
     sources = Sources()
     scene = read_gltf_scene(path, sources)
@@ -104,7 +107,7 @@ def convert_gltf(path: Path, folder: Path, report: Report = lambda name, step: N
         divided = divide(scene.models)
     written = read_header(sources.read(path), path)  # as it is in the file, without posed copies of meshes
     _check(path, divided, written)
-    with staging_folder(folder.parent) as staging:
+    with _about(path), staging_folder(folder.parent) as staging:
         made = Path(staging) / folder.name
         made.mkdir()
         with damaged(path):
@@ -131,14 +134,22 @@ def convert_gltf(path: Path, folder: Path, report: Report = lambda name, step: N
     )
 
 
+@contextmanager
+def _about(path: Path) -> Iterator[None]:
+    """Name the file `path` in InputErrors of a `with` block, which are about the files made of it."""
+    try:
+        yield
+    except InputError as error:
+        raise error.at(f"{path}") from error
+
+
 def check_new(folder: Path) -> None:
-    """Raise InputError unless the `folder` is empty or can be made."""
+    """Raise InputError unless the `folder` is empty or does not exist, and can be made."""
     if folder.is_dir() and any(folder.iterdir()):
         raise InputError(f"{folder}: is not empty; name another folder with -o")
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; name another folder with -o")
-    if not folder.parent.is_dir():
-        raise InputError(f"{folder}: the folder {str(folder.parent)!r} does not exist")
+    check_folder(folder, may_be_folder=True)
 
 
 def _replace(made: Path, folder: Path) -> None:

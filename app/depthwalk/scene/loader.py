@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING
 
-from depthwalk.errors import InputError, missing_file, suggest_file
+from depthwalk.errors import InputError, as_given, foreign_name, missing_file, suggest_file
 from depthwalk.ingest.formats import check_baked_suffix, check_sky_suffix, check_suffix, is_model_file
 from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
@@ -209,10 +209,8 @@ class FileFinder:
         found = self._searched(name)
         if isinstance(found, Path):
             return found
-        suggestions = (
-            (suggest_file(root / name) for root in (*self.roots, asset_root())) if found == _NOT_FOUND else iter(())
-        )
-        return self._complain(loc, name, found + next(filter(None, suggestions), ""))
+        hints = (suggest_file(root / name) for root in (*self.roots, asset_root())) if found == _NOT_FOUND else iter(())
+        return self._complain(loc, name, found + (foreign_name(name) or next(filter(None, hints), "")))
 
     def find_named(self, loc: Loc, name: Path, check: Callable[[Path], None]) -> Path:
         """Return the absolute path of the file `name`, as `find` does.
@@ -257,7 +255,7 @@ class FileFinder:
             return "is not a usable path"
 
     def _complain(self, loc: Loc, name: Path, problem: str) -> Path:
-        self.errors.append(self.source.error(loc, f"file {str(name)!r} {problem}"))
+        self.errors.append(self.source.error(loc, f"file {as_given(name)!r} {problem}"))
         return name
 
 
@@ -265,7 +263,7 @@ def _finder(folder: Path, asset_roots: Sequence[Path | str], source: Source) -> 
     """Return the finder for files of a scene in `folder`. Raises InputError for an asset root that is not a folder."""
     for root in asset_roots:
         if not Path(root).is_dir():
-            raise InputError(f"--asset-root {root}: no such folder")
+            raise InputError(f"--asset-root {as_given(Path(root))}: no such folder{foreign_name(Path(root))}")
     return FileFinder(source, tuple(Path(root).resolve() for root in (folder, *asset_roots)))
 
 
