@@ -49,14 +49,14 @@ _SCENE = f"""# Scene files
 
 YAML 1.2, UTF-8, at most {limits.MAX_SCENE_BYTES >> 20} MiB. Start with the [tutorial](tutorial.md).
 `depthwalk check FILE` reports mistakes with line and column: first those of the scene file, then those of the files
-that it names, with the line that names them, except for pictures of sky and ground. `scenes/scene.schema.json` provides
-completion in editors. Unknown keys are errors, and so are text where a number is expected and a key such as `sky:` with
-nothing behind it: `sky: {{}}` takes the defaults.
+that it names, with the line that names them. `scenes/scene.schema.json` provides completion in editors. Unknown keys
+are errors, and so are text where a number is expected and a key such as `sky:` with nothing behind it: `sky: {{}}` takes
+the defaults.
 
-Paths are relative to the scene file and may not leave its folder; files are also looked up in each `--asset-root` and
-among the program's own assets. Lengths are in metres, angles in degrees, colours in sRGB: `"#rrggbb"`, `"#rgb"`, a
-name of CSS such as `teal`, or `[r, g, b]` from 0 to 1. [Conventions](conventions.md) defines the world frame, its up
-axis and the directions of rotation.
+Paths are relative to the scene file and may not leave its folder; `~` and variables are not expanded in them; files are
+also looked up in each `--asset-root` and among the program's own assets. Lengths are in metres, angles in degrees,
+colours in sRGB: `"#rrggbb"`, `"#rgb"`, a name of CSS such as `teal`, or `[r, g, b]` from 0 to 1.
+[Conventions](conventions.md) defines the world frame, its up axis and the directions of rotation.
 
 An asset is scaled to its `height`. An object's `position` is where it stands: the centre of the base of its bounding
 box. `up: z` turns z-up files upright; x stays x.

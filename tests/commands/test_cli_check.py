@@ -177,3 +177,21 @@ def test_check_bakes_nothing_and_keeps_no_mesh(
     result = run("check", tiny_scene)
     assert (result.exit_code, len(alive)) == (0, 4), result.stderr
     assert not cache.exists()
+
+
+def test_pictures_of_sky_and_ground_are_told_where_they_are_named(run: Callable[..., Any], tiny_scene: Path) -> None:
+    for name in ("sky.hdr", "ground.png"):
+        tiny_scene.with_name(name).write_text("no picture")
+    text = tiny_scene.read_text()
+    assert "environment" not in text
+    pictures = "environment:\n  sky: {model: image, image: sky.hdr}\n  ground: {texture: ground.png}\n"
+    tiny_scene.write_text(f"{pictures}{text}")
+    ground, sky = run("check", tiny_scene).stderr.splitlines()
+    folder = tiny_scene.parent
+    assert ground == (
+        f"{tiny_scene}:3:21: environment.ground.texture: {folder / 'ground.png'}: cannot be read as an image"
+    )
+    assert sky.startswith(f"{tiny_scene}:2:30: environment.sky.image: {folder / 'sky.hdr'}: not a Radiance picture")
+    tiny_scene.write_text(text)
+    by_option = run("check", tiny_scene, "--set", "environment.sky={model: image, image: sky.hdr}")
+    assert by_option.stderr.startswith(f"--set environment.sky: image: {folder / 'sky.hdr'}: not a Radiance picture")

@@ -79,9 +79,9 @@ def _readers(scene: Scene) -> Iterator[tuple[str, Callable[[], object]]]:
             yield asset.place, read
     ground, sky = scene.environment.ground, scene.environment.sky
     if ground is not None and ground.texture is not None:
-        yield "", partial(load_texture, ground.texture)
+        yield scene.picture_places.get(ground.texture, ""), partial(load_texture, ground.texture)
     if sky is not None and sky.image is not None:
-        yield "", partial(_read_sky, sky.image)
+        yield scene.picture_places.get(sky.image, ""), partial(_read_sky, sky.image)
 
 
 def _asset_readers(asset: Asset) -> Iterator[Callable[[], object]]:

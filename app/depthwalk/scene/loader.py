@@ -128,6 +128,7 @@ def scene_from(
         instances=flat.instances,
         owner=flat.owner,
         environment=environment,
+        picture_places=_picture_places(environment, source, sky),
         camera=camera_from(file.camera) if file.camera else None,
         render=file.render,
         walk=file.walk,
@@ -352,3 +353,12 @@ def _environment(environment: Environment, finder: FileFinder, given_sky: Path |
         image = given_sky.resolve() if given_sky else finder.find_named(loc, sky.image, check_sky_suffix)
         found["sky"] = sky.model_copy(update={"image": image})
     return environment.model_copy(update=found) if found else environment
+
+
+def _picture_places(environment: Environment, source: Source, given_sky: Path | None) -> dict[Path, str]:
+    """Return where the scene names the pictures of its ground and sky, but for a `given_sky`, see `Scene`."""
+    ground, sky = environment.ground, environment.sky
+    named = {} if sky is None or given_sky else {sky.image: ("environment", "sky", "image")}
+    if ground is not None:
+        named[ground.texture] = ("environment", "ground", "texture")
+    return {file: str(source.error(loc, "")).removesuffix(": ") for file, loc in named.items() if file is not None}

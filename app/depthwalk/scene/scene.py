@@ -158,6 +158,8 @@ class Scene:
         The row in `nodes` of the node that holds each object.
     environment : Environment
         Sky, ground, lights and fog.
+    picture_places : dict
+        Where the scene names the pictures of its sky and ground, by their paths, as errors about them begin.
     camera : Camera or None
         The first view; None for one that shows all objects, which the renderer computes since it knows their bounds.
     render : RenderSettings
@@ -192,6 +194,7 @@ class Scene:
     advice_file: Path | None = None
     places_files: tuple[Path, ...] = ()
     animations: "Animations | None" = None
+    picture_places: Mapping[Path, str] = field(default_factory=dict)
     beside: tuple[Path, ...] = ()
     side_by_side: bool = False
 
