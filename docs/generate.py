@@ -50,7 +50,7 @@ _SCENE = f"""# Scene files
 YAML 1.2, UTF-8, at most {limits.MAX_SCENE_BYTES >> 20} MiB. Start with the [tutorial](tutorial.md).
 `depthwalk check FILE` reports mistakes with line and column: first those of the scene file, then those of the files
 that it names, with the line that names them. `scenes/scene.schema.json` provides completion in editors. Unknown keys
-are errors, and so are text where a number is expected and a key such as `sky:` with nothing behind it: `sky: {{}}` takes
+are errors, as are text where a number is expected and a key such as `sky:` with nothing behind it: `sky: {{}}` takes
 the defaults.
 
 Paths are relative to the scene file and may not leave its folder; `~` and variables are not expanded in them; files are

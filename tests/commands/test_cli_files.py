@@ -241,16 +241,26 @@ def test_info_tells_of_colours(run: Callable[..., Any], tmp_path: Path) -> None:
         assert described.get("colours") == said and surface in described["material 0"]
 
 
-def test_info_tells_of_the_largest_of_many_materials(run: Callable[..., Any], tmp_path: Path) -> None:
-    """Every third of 100 materials has two triangles."""
-    mesh, faces = tmp_path / "a.obj", ["f 1 2 3\n", "f 2 1 4\n"]
-    parts = "".join(f"usemtl m{number}\n" + "".join(faces[: 1 + (number % 3 == 0)]) for number in range(100))
-    mesh.write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 0 1\n" + parts)
-    (tmp_path / "a.mtl").write_text("".join(f"newmtl m{number}\nKd 0 0 {number / 100}\n" for number in range(100)))
+def test_info_lists_the_largest_of_many_materials(run: Callable[..., Any], tmp_path: Path) -> None:
+    """And of many assets; --verbose lists all of them."""
+    mesh = tmp_path / "a.obj"
+    faces = [f"usemtl m{number}\n" + "f 1 2 3\n" * (2 if number % 2 else 1) for number in range(30)]
+    (tmp_path / "a.mtl").write_text("".join(f"newmtl m{number}\nKd 0 0 {number / 30}\n" for number in range(30)))
+    mesh.write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n" + "".join(faces))
     found = rows(run("info", mesh).stdout)
-    listed = [name for name in found if name.startswith("material ")]
-    assert len(listed) == 30 and all(found[name].startswith("2 triangles") for name in listed)
-    assert found["other materials"] == "70, 74 triangles"
+    listed = [value.split(",")[0] for name, value in found.items() if name.startswith("material ")]
+    assert sorted(listed) == ["1 triangle"] * 5 + ["2 triangles"] * 15
+    assert found["other materials"] == "10, 10 triangles; --verbose lists them"
+    every = rows(run("info", mesh, "--verbose").stdout)
+    assert {f"material {number}" for number in range(30)} < set(every) and "other materials" not in every
+
+    scene = tmp_path / "scene.yaml"
+    assets = ", ".join(f"a{number}: {{mesh: a.obj}}" for number in range(25))
+    objects = ", ".join(f"{{asset: a{number}}}" for number in (*range(25), 24, 23))
+    scene.write_text(f"version: 1\nassets: {{{assets}}}\nobjects: [{objects}]\n")
+    found = rows(run("info", scene).stdout)
+    assert "asset a24" in found and "asset a17" in found and "asset a18" not in found
+    assert found["other assets"] == "5, 5 objects; --verbose lists them"
 
 
 def test_info_tells_what_reflects(run: Callable[..., Any], tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ import depthwalk
 from depthwalk import limits
 from depthwalk.commands.exit_codes import BAD_INPUT
 from depthwalk.commands.failures import tell_mistakes
-from depthwalk.commands.mesh_info import mesh_rows
+from depthwalk.commands.mesh_info import TO_SEE_EVERY, largest, mesh_rows
 from depthwalk.commands.options import Quiet, Verbose, named_files
 from depthwalk.commands.program import guarded
 from depthwalk.errors import InputError, counted, printable
@@ -50,7 +50,7 @@ def main(
     is_bad = has_printed = False
     for file in files or []:
         try:
-            rows = list(describe_file(file))  # all first, so that an error prints no half table
+            rows = list(describe_file(file, every=verbose))  # all first, so that an error prints no half table
         except InputError as error:
             is_bad = True
             tell_mistakes(error)
@@ -86,13 +86,16 @@ def installation() -> Iterator[Row]:
     yield "most triangles", f"{limits.MAX_MESH_TRIANGLES} a mesh"
 
 
-def describe_file(path: Path) -> Iterator[Row]:
+def describe_file(path: Path, *, every: bool = False) -> Iterator[Row]:
     """Describe the contents of a scene, camera path, baked file or mesh.
 
     Parameters
     ----------
     path
         The file, whose suffix determines its kind.
+    every
+        Whether to describe every material of a mesh and every asset of a scene; otherwise at most the 20 with the most
+        triangles, and how many others there are.
 
     Yields
     ------
@@ -109,7 +112,7 @@ def describe_file(path: Path) -> Iterator[Row]:
         case ".yaml" | ".yml":
             from depthwalk.scene.path import is_path_file
 
-            yield from _path_rows(path) if is_path_file(path) else _scene_rows(path)
+            yield from _path_rows(path) if is_path_file(path) else _scene_rows(path, every)
         case ".exr":
             yield from _baked_rows(path)
         case ".npz":
@@ -117,7 +120,7 @@ def describe_file(path: Path) -> Iterator[Row]:
         case _ if path.is_file() and (known := content(path)):
             raise InputError(f"{path}: {known[0]}; {known[1]}")
         case _:
-            yield from mesh_rows(path)
+            yield from mesh_rows(path, every)
 
 
 def _version(name: str) -> str:
@@ -147,7 +150,7 @@ def _opengl() -> Iterator[Row]:
         device.context.release()
 
 
-def _scene_rows(path: Path) -> Iterator[Row]:
+def _scene_rows(path: Path, every: bool) -> Iterator[Row]:
     from depthwalk.commands.reports import own_file
     from depthwalk.scene.arrays import Representation
     from depthwalk.scene.loader import load_scene
@@ -166,9 +169,14 @@ def _scene_rows(path: Path) -> Iterator[Row]:
     totals = {kind: int(uses @ [number * (own == kind) for number, own in made_of]) for kind in ("triangle", "point")}
     if any(totals.values()):
         yield "made of", " and ".join(counted(total, kind) for kind, total in totals.items() if total)
-    for asset, count, (most, kind) in zip(scene.assets, uses.tolist(), made_of, strict=True):
+    drawn_of = [count * own for count, (own, _) in zip(uses.tolist(), made_of, strict=True)]
+    shown = largest(drawn_of, every)
+    for number in shown:
+        asset, count, (most, kind) = scene.assets[number], int(uses[number]), made_of[number]
         of_each = f" of {counted(most, kind)}" if most else ""
         yield f"asset {asset.name}", f"{own_file(asset).name}, {counted(count, 'object')}{of_each}"
+    if others := len(drawn_of) - len(shown):
+        yield "other assets", f"{others}, {counted(int(uses.sum() - uses[shown].sum()), 'object')}; {TO_SEE_EVERY}"
     if scene.camera is not None:
         yield "camera", f"{_point(scene.camera.position)} to {_point(scene.camera.target)}"
 

@@ -16,11 +16,15 @@ if TYPE_CHECKING:
     from depthwalk.ingest.mesh import Material, Mesh
     from depthwalk.ingest.point_cloud import PointCloud
 
-_MOST_MATERIALS = 30  # that are described, each in a row
+TO_SEE_EVERY = "--verbose lists them"
+_LISTED = 20  # materials or assets that are described each
 
 
-def mesh_rows(path: Path) -> Iterator[tuple[str, str]]:
-    """Describe a mesh or a scan: names and texts. Raises InputError if the file cannot be read."""
+def mesh_rows(path: Path, every: bool) -> Iterator[tuple[str, str]]:
+    """Describe a mesh or a scan: names and texts; every: whether of every material, or else of the largest.
+
+    Raises InputError if the file cannot be read.
+    """
     from depthwalk.ingest.loader import mesh_of
     from depthwalk.ingest.point_cloud import PointCloud
     from depthwalk.ingest.reader import read_geometry
@@ -33,7 +37,7 @@ def mesh_rows(path: Path) -> Iterator[tuple[str, str]]:
     if isinstance(geometry, PointCloud):
         yield from _cloud_rows(geometry, path)
     else:
-        yield from _triangle_rows(mesh_of(geometry, path), path)
+        yield from _triangle_rows(mesh_of(geometry, path), path, every)
     if ignored := _unread(sources.read(path), path):
         yield "not read", ", ".join(ignored)
 
@@ -69,7 +73,7 @@ def _size_rows(extent: NDArray[np.floating], path: Path) -> Iterator[tuple[str, 
         yield "unit", hint
 
 
-def _triangle_rows(mesh: "Mesh", path: Path) -> Iterator[tuple[str, str]]:
+def _triangle_rows(mesh: "Mesh", path: Path, every: bool) -> Iterator[tuple[str, str]]:
     from depthwalk.ingest.texture_beside import texture_hint
 
     low, high = mesh.bounds
@@ -82,18 +86,24 @@ def _triangle_rows(mesh: "Mesh", path: Path) -> Iterator[tuple[str, str]]:
     yield from _size_rows(high - low, path)
     if hint := texture_hint(path, "--texture "):
         yield "texture", f"{hint}, or `texture` in a scene file"
-    yield from _material_rows(mesh, tinted)
+    yield from _material_rows(mesh, tinted, every)
 
 
-def _material_rows(mesh: "Mesh", tinted: bool) -> Iterator[tuple[str, str]]:
-    """Yield a row for each material that has triangles; of very many, only for those that have most."""
-    parts = [*mesh.parts, *mesh.translucent_parts]
-    largest = sorted(parts, key=lambda part: -part.face_count)[:_MOST_MATERIALS]
-    for part in parts if len(parts) <= _MOST_MATERIALS else sorted(largest, key=parts.index):
+def largest(sizes: Sequence[int], every: bool) -> list[int]:
+    """Return the numbers, in ascending order, of the largest of some `sizes`, or of `every` one, to be listed."""
+    by_size = sorted(range(len(sizes)), key=lambda number: -sizes[number])
+    return sorted(by_size if every else by_size[:_LISTED])
+
+
+def _material_rows(mesh: "Mesh", tinted: bool, every: bool) -> Iterator[tuple[str, str]]:
+    parts = (*mesh.parts, *mesh.translucent_parts)
+    faces = [part.face_count for part in parts]
+    shown = largest(faces, every)
+    for part in (parts[number] for number in shown):
         yield f"material {part.material}", _material_text(mesh.materials[part.material], part.face_count, tinted)
-    if others := len(parts) - len(largest):
-        faces = sum(part.face_count for part in parts) - sum(part.face_count for part in largest)
-        yield "other materials", f"{others:,}, {counted(faces, 'triangle')}"
+    if others := len(parts) - len(shown):
+        rest = counted(sum(faces) - sum(faces[number] for number in shown), "triangle")
+        yield "other materials", f"{others}, {rest}; {TO_SEE_EVERY}"
 
 
 def _material_text(material: "Material", faces: int, tinted: bool) -> str:
