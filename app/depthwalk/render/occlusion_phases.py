@@ -175,12 +175,12 @@ class OcclusionPhases:
             batches=list(in_sight.batches),
             far_cells=in_sight.far_cells,
         )
-        rows = self._first_phase(frame, pending)
+        rows, settings = self._first_phase(frame, pending), self._plan_settings(frame)
         size = max(len(rows), FIRST_PHASE)
         plan: FrameDrawLists | None = None
         while plan is None or len(rows):
             from_memory = plan is None and frame.remembers and len(rows) > FIRST_PHASE
-            plan = self._plan(frame, rows, plan)
+            plan = self._plan(frame, rows, settings, plan)
             yield plan
             self._last_seen[rows] = True
             retested = rows if from_memory else rows[:0]
@@ -188,9 +188,9 @@ class OcclusionPhases:
                 break
             self._drop_hidden(frame, pending, retested, plan)
             size *= GROWTH
-            rows, pending.rows = np.split(pending.rows, [size])
+            rows, pending.rows = pending.rows[:size], pending.rows[size:]
         if len(pending.far_cells):
-            yield self._plan_clusters(frame, pending.far_cells, plan)
+            yield self._plan_clusters(frame, pending.far_cells, settings, plan)
 
     def _first_phase(self, frame: PhaseInputs, pending: _Pending) -> Rows:
         """Return the objects (m,), nearest first, to draw before any is tested; the others stay `pending`.
@@ -283,13 +283,14 @@ class OcclusionPhases:
             hidden = drawn.hide_neighbours(rows)
             return rows[~hidden], distance[~hidden], int(hidden.sum())
 
-    def _plan(self, frame: PhaseInputs, rows: Rows, before: FrameDrawLists | None) -> FrameDrawLists:
+    def _plan(
+        self, frame: PhaseInputs, rows: Rows, settings: PlanSettings, before: FrameDrawLists | None
+    ) -> FrameDrawLists:
         """Plan the phase that draws the objects `rows` (m,). before: the plan of the phase before."""
-        scene, settings = self._world.arrays(), self._plan_settings(frame)
         with self._timers.measure_cpu("plan"):
             planned = self._planner.plan(
                 frame.view,
-                scene,
+                self._world.arrays(),
                 rows,
                 settings,
                 continues=before is not None,
@@ -300,7 +301,9 @@ class OcclusionPhases:
             planned.polygons_before = before.polygons_after
         return planned
 
-    def _plan_clusters(self, frame: PhaseInputs, cells: Rows, before: FrameDrawLists) -> FrameDrawLists:
+    def _plan_clusters(
+        self, frame: PhaseInputs, cells: Rows, settings: PlanSettings, before: FrameDrawLists
+    ) -> FrameDrawLists:
         """Plan the phase that draws the clusters of `cells` (m,). before: the plan of the phase before."""
         clusters = self._cluster_planner.clusters()
         with self._timers.measure_cpu("cull"):
@@ -313,7 +316,6 @@ class OcclusionPhases:
             numbers = numbers[~hidden]
         with self._timers.measure_cpu("upload"):
             numbers = numbers[clusters.resident(numbers, frame.residency.resident)]
-        settings = self._plan_settings(frame)
         with self._timers.measure_cpu("plan"):
             planned = self._cluster_planner.plan(frame.view, numbers, settings, before.next_object_id)
         planned.polygons_before = before.polygons_after

@@ -202,6 +202,8 @@ class MeshChooser:
         near, nearest = fallbacks.nearer_than(
             view, objects, rows, self._farthest_as_mesh(view, choice, fallbacks, rule.magnification)
         )
+        if not len(near):  # as in most phases
+            return near
         number, pixel_length = objects.asset[rows[near]], nearest / view.detail_pixels
         middle, pixels = fallbacks.seen(view, number, nearest)
         quicker = None

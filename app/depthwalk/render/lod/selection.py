@@ -36,7 +36,7 @@ def stretch(view: View, centre: Array) -> Array:
     -------
     (n,) factors, 1 or more; at most that of the picture's corner, also for objects beside and behind the viewer.
     """
-    if (corner := _corner_cosine(view)) >= USUAL_COSINE:
+    if (corner := view.corner_cosine) >= USUAL_COSINE:
         return np.ones(len(centre))
     away = centre - view.position
     cosine = away @ view.axes[2] / np.maximum(np.linalg.norm(away, axis=1), 1e-9)
@@ -45,13 +45,7 @@ def stretch(view: View, centre: Array) -> Array:
 
 def greatest_stretch(view: View) -> float:
     """Return how much longer objects appear in a picture's corner than at `USUAL_COSINE`: 1 for usual pictures."""
-    return max(1.0, USUAL_COSINE / _corner_cosine(view)) ** 2
-
-
-def _corner_cosine(view: View) -> float:
-    """Return the cosine of the angle between the view axis and the farthest corner of the picture."""
-    tangents = (abs(aside) + half for aside, half in zip(view.shear, view.half_extent, strict=True))
-    return 1 / math.sqrt(1 + sum(tangent * tangent for tangent in tangents))
+    return max(1.0, USUAL_COSINE / view.corner_cosine) ** 2
 
 
 def error_at_a_metre(view: View, lod: LodParams) -> float:

@@ -118,10 +118,16 @@ class View:
         """Return how many pixels a length of one metre covers at a distance of one metre along the view axis."""
         return self.size[1] / (2 * self.half_extent[1])
 
-    @property
+    @cached_property
     def whole_size(self) -> tuple[int, int]:
         """Return `size` as it would be with a `scale` of 1, to the nearest pixel."""
         return round(self.size[0] / self.scale), round(self.size[1] / self.scale)
+
+    @cached_property
+    def corner_cosine(self) -> float:
+        """Return the cosine of the angle between the view axis and the farthest corner of the picture."""
+        tangents = (abs(aside) + half for aside, half in zip(self.shear, self.half_extent, strict=True))
+        return 1 / math.sqrt(1 + sum(tangent * tangent for tangent in tangents))
 
     @cached_property
     def detail_pixels(self) -> float:

@@ -65,6 +65,7 @@ class RenderWorld:
         self._owners: Ints | None = None
         self._bounds: Bounds | None = None
         self._choice: MeshChoice | None = None
+        self._arrays: SceneArrays | None = None
         self._cells: SpatialCells | None = None
         self._extremes: dict[int, Array] = {}
         self._generation = self._changes = 0
@@ -129,13 +130,16 @@ class RenderWorld:
         )
 
     def take_arrivals(self, viewer: Array) -> None:
-        """Take over assets that were loaded or baked in the background; if there are any, recompute all arrays.
+        """Take over assets that came in the background, and settings that assets are cooked by; recompute all arrays.
+
+        Where there are none, everything stays as it is. Frames begin with this: within one, nothing changes.
 
         Parameters
         ----------
         viewer : (3,) where the viewer stands, metres, world; the nearest assets are loaded first.
         """
         self._viewer = viewer
+        self._cook_as_set()
         if self._assets.poll():
             self._forget()
 
@@ -169,18 +173,23 @@ class RenderWorld:
 
     def _forget(self) -> None:
         self._objects = self._owners = self._table = self._bounds = self._cells = self._choice = self._moment = None
+        self._arrays = None
         self._extremes.clear()
         self._generation += 1
         self._changes += 1
 
-    def table(self) -> AssetTable:
-        """Return bounds, cylinders and index ranges of the assets, loading them first if necessary."""
+    def _cook_as_set(self) -> None:
+        """Drop all assets if they were cooked by other options than the settings ask for."""
         options = cook_options(self._scene.render)
         if self._assets.parts.options != options:
             self._assets.release()
             self._assets.parts.options = options
             self._forget()
+
+    def table(self) -> AssetTable:
+        """Return bounds, cylinders and index ranges of the assets, loading them first if necessary."""
         if self._table is None:
+            self._cook_as_set()
             as_in_scene = self._representation in (None, Representation.AUTO)  # other names allow no fallback
             self._table = asset_table(self.objects(), self._library, self._assets.parts, as_in_scene)
         return self._table
@@ -260,14 +269,16 @@ class RenderWorld:
         return self._cells
 
     def arrays(self) -> SceneArrays:
-        """Return objects, bounds and table together."""
-        return SceneArrays(
-            objects=self.objects(),
-            bounds=self.bounds(),
-            table=self.table(),
-            generation=self._generation,
-            choice=self._mesh_choice(),
-        )
+        """Return objects, bounds and table together; where single objects move, they change in place."""
+        if self._arrays is None:
+            self._arrays = SceneArrays(
+                objects=self.objects(),
+                bounds=self.bounds(),
+                table=self.table(),
+                generation=self._generation,
+                choice=self._mesh_choice(),
+            )
+        return self._arrays
 
     def _mesh_choice(self) -> MeshChoice | None:
         """Return which objects are drawn by `auto`, and the advice measured for them; None where none is."""
@@ -332,7 +343,7 @@ class RenderWorld:
         """
         self._changes += 1
         if changed is None or self._cells is None or self._bounds is None:
-            self._objects = self._owners = self._bounds = self._cells = self._choice = None
+            self._objects = self._owners = self._bounds = self._cells = self._choice = self._arrays = None
             self._generation += 1
             return
         if isinstance(changed, slice):
