@@ -70,6 +70,7 @@ class StateKeeper:
     def __init__(self, context: moderngl.Context) -> None:
         """Start with the defaults of `State`; moderngl's `context` must have them, as a new one does."""
         self._context = context
+        self._states: dict[tuple[Any, ...], State] = {}  # by the state around a block, and what the block changes
         self._calls: dict[tuple[State, State], list[tuple[Callable[[Any], None], Any]]] = {}  # that change one to other
         self.now = State()
 
@@ -91,7 +92,11 @@ class StateKeeper:
         **changes
             Fields of `State` with their new values.
         """
-        return _Block(self, self.now._replace(**changes) if changes else self.now, into, depth_write)
+        key = self.now, *changes.items()
+        state = self._states.get(key)
+        if state is None:
+            state = self._states[key] = self.now._replace(**changes)
+        return _Block(self, state, into, depth_write)
 
     def restore(self) -> None:
         """Set the flags of the current state again, as other code may have changed them outside all blocks."""
