@@ -17,7 +17,7 @@ from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import ALWAYS
 from depthwalk.params import Params
-from depthwalk.render.draw.material_depth import FULL_COVERAGE, SURFACE_RECORD, MaterialRecords
+from depthwalk.render.draw.material_depth import SURFACE_RECORD, MaterialRecords
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.depth_image_object import DEPTH_OBJECT_BLOCK, SURFACE_UNITS, surface_samplers
 from depthwalk.render.resources.reflections import REFLECTS
@@ -66,13 +66,11 @@ class MaterialResolvePass(Pass[Params]):
         assert materials is not None  # as `enabled` found
         self._objects.upload(materials.records)
         if _alone(frame, materials):
-            yield from self._resolve(frame, materials, frame.targets.gbuffer, ">", np.ones((1, 1)))
+            yield from self._resolve(frame, materials, frame.targets.gbuffer, ">", np.ones(1))
             return
         self._draw_material_depth(frame, materials)
-        full = materials.material_depth
-        depths = [full, full - FULL_COVERAGE] if frame.common.aa.covering else [full]
         target = frame.targets.shaded_lit if frame.common.forward else frame.targets.shaded
-        yield from self._resolve(frame, materials, target, "==", np.stack(depths, -1))
+        yield from self._resolve(frame, materials, target, "==", materials.material_depth)
 
     def _draw_material_depth(self, frame: Frame, materials: MaterialRecords) -> None:
         self._bind(frame)
@@ -91,31 +89,33 @@ class MaterialResolvePass(Pass[Params]):
         materials: MaterialRecords,
         target: moderngl.Framebuffer,
         depth_test: str,
-        depths: NDArray[np.floating],
+        depth: NDArray[np.floating],
     ) -> Iterator[None]:
-        """Draw the rectangles of the assets into `target`, where `depth_test` passes. depths: (assets, n) of each."""
+        """Draw the rectangles of the assets into `target`, where `depth_test` passes. depth: (assets,) of each.
+
+        Where pixels may be covered in part, a second instance of each rectangle draws these.
+        """
         defines, light = _light(frame)
         if frame.common.show_tiles:
             defines += ("SHOW_TILES",)
         # Forward mode lights here, without reflections; colours that tell objects apart have none.
         mirrors = frame.light.reflected is not None and not (frame.common.forward or frame.common.show_tiles)
         corners = np.concatenate([materials.low, materials.high], 1)
-        columns = materials.assets.tolist(), depths.tolist(), corners.tolist()
+        columns = materials.assets.tolist(), depth.tolist(), corners.tolist()
+        instances = 2 if frame.common.aa.covering else 1
         rows = list(zip(*columns, strict=True))
         for part in _parts(materials):
             if part.start:
                 yield
             self._bind(frame)
             with self.gl.state(into=target, depth_test=depth_test, depth_write=False):
-                for number, asset_depths, rectangle in rows[part]:
+                for number, asset_depth, rectangle in rows[part]:
                     asset = frame.assets.depth_object(number)
                     reflects = (REFLECTS,) if asset.reflects and mirrors else ()
                     program = self._programs[*asset.surface_defines, *reflects, *defines]
                     asset.use_surface(program, _SURFACE, frame.common.lod)
-                    program.set(**light, corners=tuple(rectangle))
-                    for depth in asset_depths:
-                        program.set(depth=depth)
-                        program.rectangles()
+                    program.set(**light, corners=tuple(rectangle), depth=asset_depth)
+                    program.rectangles(instances)
 
 
 def _parts(materials: MaterialRecords) -> Iterator[slice]:
