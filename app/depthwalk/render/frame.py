@@ -16,7 +16,7 @@ from depthwalk.render.antialiasing.modes import AntiAliasing, anti_aliasing
 from depthwalk.render.culling.objects_part import Part
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.material_depth import MaterialRecords
-from depthwalk.render.draw.translucency_planner import TranslucentDraws
+from depthwalk.render.draw.translucency_planner import NO_TRANSLUCENT_DRAWS, TranslucentDraws
 from depthwalk.render.lighting.irradiance import Lighting
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.shadows.casters import Shadows
@@ -104,7 +104,7 @@ class Frame:
     transparent: bool = False
     materials: MaterialRecords | None = None
     shadows: Shadows = field(default_factory=Shadows)
-    translucent: TranslucentDraws = field(default_factory=TranslucentDraws.none)
+    translucent: TranslucentDraws = NO_TRANSLUCENT_DRAWS
     lens_point: int = 0
     objects_part: Part | None = None
     sample: int = 0

@@ -13,18 +13,19 @@ from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.scene.arrays import Objects
-from depthwalk.types import Array
+from depthwalk.types import Array, Rows
 
 
-def cluster_draws(view: View, objects: Objects, table: AssetTable, error: float) -> ClusterDraws:
-    """Return the clusters to draw for `objects`, without those that are out of sight or face away.
+def cluster_draws(view: View, scene: Objects, rows: Rows, table: AssetTable, error: float) -> ClusterDraws:
+    """Return the clusters to draw for the objects `rows`, without those that are out of sight or face away.
 
     The loop runs over assets.
 
     Parameters
     ----------
     view : the view of the picture.
-    objects : the n objects, nearest first.
+    scene : all objects of the scene.
+    rows : (n,) rows of the objects to draw, nearest first.
     table : the assets' bounds, clusters and levels.
     error : geometric error that clusters may have, pixels.
 
@@ -32,8 +33,9 @@ def cluster_draws(view: View, objects: Objects, table: AssetTable, error: float)
     -------
     The pairs of objects and clusters to draw.
     """
-    if not len(objects):
+    if not len(rows):  # as in nearly every scene
         return ClusterDraws.none()
+    objects = scene.take(rows)
     viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
     nearest = table.nearest(objects.asset, viewer) / stretch(view, objects.position)
     level = mesh_level(view, objects, nearest, table.meshes.error, error)

@@ -112,7 +112,7 @@ class Planner:
         rule = fallback_rule(settings, is_resident)
         levels = rule.placed_levels(table.mesh_fallbacks, table.meshes, view, fallbacks)
         mesh = _mesh_list(view, scene, seen.row[polygons], fallbacks, levels, settings.polygons)
-        clusters = cluster_draws(view, objects.take(seen.row[others.clustered]), table, settings.polygons.error)
+        clusters = cluster_draws(view, objects, seen.row[others.clustered], table, settings.polygons.error)
         from_the_front, height_fields = _height_field_lists(view, scene, seen, others.height_fields)
         drawn = impostors.row[work.drawn], seen.row[direct], seen.row[from_the_front]
         representations = Representation.DPCI, Representation.DMESH, objects.representation[drawn[2]]

@@ -82,10 +82,11 @@ class TranslucentDraws:
         """Return the records of one of the batches."""
         return self.records[batch.first : batch.first + batch.count]
 
-    @classmethod
-    def none(cls) -> "TranslucentDraws":
-        """Return an empty list."""
-        return cls(records=np.zeros(0, PLACED_RECORD), batches=(), faces=np.zeros((0, 3), np.uint32))
+
+NO_TRANSLUCENT_DRAWS = TranslucentDraws(
+    records=np.zeros(0, PLACED_RECORD), batches=(), faces=np.zeros((0, 3), np.uint32)
+)
+"""Nothing lets light through or glows, as in most frames."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,7 +134,7 @@ class TranslucencyPlanner:
             store.ask(self._world.assets_in_sight(view, min_pixels, store.is_unknown), wait)
         if not store.objects:
             self._orders.clear()
-            return TranslucentDraws.none()
+            return NO_TRANSLUCENT_DRAWS
         objects = self._world.scene_objects
         rows = np.flatnonzero(np.isin(objects.asset, list(store.objects)))
         bounds = self._bounds(objects.take(rows))

@@ -115,19 +115,26 @@ def lighting(environment: "Environment", read: "ReadImage" = no_images) -> Light
         ambient, ground = skylight(sky, (red, green, blue))
         reflected = ReflectedSky(sky=sky, ground=ground)
         return Lighting(to_sun=to_sun, sun=sun, ambient=ambient, sky=sky, reflected=reflected)
-    return Lighting(to_sun=to_sun, sun=sun, ambient=_hemisphere(environment.ambient), sky=sky)
+    return Lighting(to_sun=to_sun, sun=sun, ambient=_ambient(environment.ambient), sky=sky)
 
 
-def _hemisphere(light: "AmbientParams") -> Array:
+def _ambient(light: "AmbientParams") -> Array:
+    """Return the coefficients (9, 3) of a hemisphere light."""
+    return _hemisphere(light.colour, light.intensity, light.direction, light.contrast)
+
+
+@lru_cache(maxsize=8)
+def _hemisphere(colour: Triple, intensity: float, direction: Triple, contrast: float) -> Array:
     """Return the coefficients (9, 3) of light that falls from `intensity` by `contrast` with the cosine of the angle.
 
     Surfaces at right angles to its direction receive the mean of both extremes.
     """
-    brightest = linear_colour(light.colour) * light.intensity
-    x, y, z = -np.array(light.direction) / np.linalg.norm(light.direction)
-    half = light.contrast / 2
+    brightest = linear_colour(colour) * intensity
+    x, y, z = -np.array(direction) / np.linalg.norm(direction)
+    half = contrast / 2
     ambient = np.zeros((POLYNOMIALS, 3))
     ambient[[0, 1, 3, 4]] = np.outer([1 - half, half * y, half * x, half * z], brightest)  # 1 and the normal's y, x, z
+    ambient.setflags(write=False)  # kept for later frames
     return ambient
 
 

@@ -19,6 +19,14 @@ from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.types import Array, Ints, Mask, Rows
 
+_NO_MESHES = Objects(
+    asset=np.zeros(0, np.int32),
+    position=np.zeros((0, 3), np.float32),
+    rotation=np.zeros((0, 4), np.float32),
+    scale=np.zeros(0, np.float32),
+    representation=np.zeros(0, np.uint8),
+)
+
 
 @dataclass(kw_only=True, eq=False)
 class MeshFallbacks:
@@ -189,8 +197,8 @@ class MeshFallbacks:
         -------
         The k meshes as objects, nearest first.
         """
-        if not len(rows):
-            return objects.take(slice(0))
+        if not len(rows):  # as in most frames
+            return _NO_MESHES
         first, order = np.unique(rows - self.part[objects.asset[rows]], return_index=True)
         return self.placed(objects, first[np.argsort(order)])
 
