@@ -214,11 +214,11 @@ def test_far_objects_are_remembered_too(
     phases: list[int] = []
     plan = occlusion_phases.OcclusionPhases._plan
 
-    def count(self: OcclusionPhases, frame: Any, rows: Rows, before: Any) -> FrameDrawLists:
+    def count(self: OcclusionPhases, frame: Any, rows: Rows, *others: Any) -> FrameDrawLists:
         if self._settings.culling.occlusion:
             phases.append(len(rows))
             assert len(np.unique(rows)) == len(rows)
-        return plan(self, frame, rows, before)
+        return plan(self, frame, rows, *others)
 
     monkeypatch.setattr(occlusion_phases.OcclusionPhases, "_plan", count)
     places, _ = crowd(3, 400)

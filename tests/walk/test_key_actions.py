@@ -76,7 +76,8 @@ def test_escape_closes_what_is_in_front() -> None:
 
 def test_the_panel_releases_the_mouse_when_it_opens() -> None:
     """Which may be captured again beside it."""
-    mouse = SimpleNamespace(captured=True, capture=lambda on: setattr(mouse, "captured", on))
+    mouse = SimpleNamespace(captured=True)
+    mouse.capture = lambda on: setattr(mouse, "captured", on)
     viewer = walk(input=mouse)
     toggle = key_actions(viewer)["TAB"]
     toggle()

@@ -44,9 +44,9 @@ def cluster_draws(view: View, scene: Objects, rows: Rows, table: AssetTable, err
     assets, first = np.unique(objects.asset, return_index=True)
     cuts = []
     for asset, start, end in zip(assets.tolist(), first, [*first[1:], len(objects)], strict=True):
-        clusters, rows = table.clusters[asset], slice(start, end)
-        cut = select_clusters(clusters, viewer[rows], nearest[rows], error / view.detail_pixels)
-        cuts.append(_in_sight(view, clusters, objects.take(rows), viewer[rows], cut, start))
+        clusters, own = table.clusters[asset], slice(start, end)
+        cut = select_clusters(clusters, viewer[own], nearest[own], error / view.detail_pixels)
+        cuts.append(_in_sight(view, clusters, objects.take(own), viewer[own], cut, start))
     count = [len(cut.objects) for cut in cuts]
     return ClusterDraws(
         objects=DrawList(

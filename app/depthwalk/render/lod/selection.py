@@ -3,7 +3,6 @@
 The paper's own rule, by distance alone, is in `render.lod.paper_lod`.
 """
 
-
 import numpy as np
 
 from depthwalk.render.view.view import View
