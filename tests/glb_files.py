@@ -1,5 +1,6 @@
 """GLB files of a few triangles, written by hand, with what only few exporters write."""
 
+import io
 import json
 import struct
 from pathlib import Path
@@ -7,11 +8,19 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from PIL import Image
 
 _COMPONENT_TYPES = {"f4": 5126, "u1": 5121, "u2": 5123, "u4": 5125, "i1": 5120, "i2": 5122}
 _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)  # counter-clockwise, in the plane z = 0
 HALVES = (0, 1, 2, 0, 2, 3)
+
+
+def png(texels: NDArray[np.uint8]) -> bytes:
+    """The file of a picture (H, W, 3)."""
+    file = io.BytesIO()
+    Image.fromarray(texels).save(file, "PNG")
+    return file.getvalue()
 
 
 class Glb:
@@ -27,6 +36,13 @@ class Glb:
         self.header["bufferViews"].append({"buffer": 0, "byteOffset": len(self.data), "byteLength": len(data)})
         self.data += data
         return len(self.header["bufferViews"]) - 1
+
+    def texture(self, texels: NDArray[np.uint8]) -> dict[str, int]:
+        """The entry, in a material, of a new texture that shows a picture (H, W, 3)."""
+        image = {"bufferView": self.view(png(texels)), "mimeType": "image/png"}
+        self.header.setdefault("images", []).append(image)
+        self.header.setdefault("textures", []).append({"source": len(self.header["images"]) - 1})
+        return {"index": len(self.header["textures"]) - 1}
 
     def accessor(self, values: ArrayLike, kind: str = "f4", **more: Any) -> int:
         """The number of a new accessor with these values, of the component type `kind`."""

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
 from depthwalk.render.draw.draw_lists import FrameDrawLists
@@ -42,6 +43,13 @@ class Studio:
             with np.errstate(divide="ignore"):
                 metres = np.where(stored == 1, np.inf, 2 * near * far / (far + near - (2 * stored - 1) * (far - near)))
             return pixels, metres, renderer.plan
+
+    def surfaces(self, scene: Scene, library: Library, camera: Camera, size: Size = (160, 120)) -> NDArray[np.uint32]:
+        """The words of the G-buffer, (H, W, 2) uint32, top row first."""
+        with self._drawn(scene, library, camera, size, False) as (renderer, _):
+            assert renderer.targets is not None
+            words = np.frombuffer(renderer.targets.surface.read(), np.uint32).reshape(size[1], size[0], 2)
+            return words[::-1].copy()
 
     @contextmanager
     def _drawn(

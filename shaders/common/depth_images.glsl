@@ -1,12 +1,16 @@
 // Looks up colour and normal of a depth-image object at a point of its surface, in the object frame (Liu, Liu and Wu 2007,
 // §2.4). Geometry comes from the warp; shading is looked up here at full resolution, independent of the grid's step.
-// MESO: the object has meso-structure. COORDINATES: it has a texture, see texture_coordinates.glsl.
+// MESO: the object has meso-structure. COORDINATES: it has a texture, see texture_coordinates.glsl. TELLS_ROUGHNESS: its texels
+// tell roughness and metalness.
 #from depthwalk.cook.lod_geometry import EDGE, BORDER
 #from depthwalk.cook.texel_encoding import DEPTH_PERIOD
 #include "common/meso.glsl"
 #include "common/virtual_texture.glsl"
 #ifdef COORDINATES
 #include "common/texture_coordinates.glsl"
+#endif
+#ifdef TELLS_ROUGHNESS
+#include "common/told_reflection.glsl"
 #endif
 
 const float SAME_SURFACE = 1.5;     // texels of depth
@@ -15,7 +19,16 @@ struct Surface {
     vec3 albedo;
     float specular;
     vec3 normal;
+#ifdef TELLS_ROUGHNESS
+    float shininess;
+    vec2 reflection;    // roughness, metalness
+#endif
 };
+#ifdef TELLS_ROUGHNESS
+#define shininess_at(surface) surface.shininess
+#else
+#define shininess_at(surface) shininess     // of the whole object
+#endif
 
 // The number after that of a face's last image.
 int end_of_images(int face) { return face < FACE_LEFT ? first_images[face + 1] : textureSize(page_table, 0).z; }
@@ -121,5 +134,10 @@ Surface surface_at(vec3 p, int image, float footprint, vec3 view) {
     normal += straight_share(normal, straight.outward, wound.outward) * straight.gradient;
     normal = normalize(normal + dot(normal, wound.outward) * wound_gradient(p, wound));
 #endif
+#ifdef TELLS_ROUGHNESS
+    vec2 reflected = border ? page_reflection(around) : page_texel(page_reflections, place).rg, shine = highlight_of(reflected);
+    return Surface(colour, shine.x, normal, shine.y, reflected);
+#else
     return Surface(colour, albedo.a, normal);
+#endif
 }

@@ -12,7 +12,7 @@ vec3 forward_light(Surface surface, vec3 view, vec4 rotation, float share) {
     return surface.albedo;
 #else
     vec3 to_light = rotate_back(rotation, to_sun);
-    vec3 reflected = phong(surface.albedo, surface.specular, shininess, surface.normal, view, to_light) * share;
+    vec3 reflected = phong(surface.albedo, surface.specular, shininess_at(surface), surface.normal, view, to_light) * share;
     return min(surface.albedo * everywhere(rotate(rotation, surface.normal)) + sun * reflected, MOST_LIGHT);
 #endif
 }

@@ -29,7 +29,12 @@ uvec2 packed_surface(vec3 linear, float specular, vec3 normal, float shininess) 
         place.x | place.y << NORMAL_BITS | sharp << SHININESS_SHIFT
     );
 }
-// Packs a surface that reflects the sky. specular: strength of its highlight; reflection: roughness, and what `specular` tells
+// Packs a surface that reflects the sky. words: of it as a surface that does not; both 0 to 1.
+uvec2 with_reflection(uvec2 words, float roughness, float metalness) {
+    float code = 1.0 + floor(METALNESS_STEPS * metalness + 0.5) * ROUGHNESSES + floor(ROUGHNESS_STEPS * roughness + 0.5);
+    return uvec2(words.x & COLOUR_MASK | uint(code) << 24, words.y & ((1u << SHININESS_SHIFT) - 1u));
+}
+// The same, of surfaces whose texels do not all say how they reflect. specular: strength of its highlight; reflection: roughness, and what `specular` tells
 // about metalness by the last two: their sum, the second times `specular`, is a highlight's strength without roughness. From
 // DIELECTRIC_HIGHLIGHT to 1 it stands for metalness; surfaces below half of that, as wood beside metal, reflect nothing.
 uvec2 reflecting_surface(vec3 linear, float specular, vec3 normal, float shininess, vec3 reflection) {
@@ -37,8 +42,7 @@ uvec2 reflecting_surface(vec3 linear, float specular, vec3 normal, float shinine
     float strength = reflection.y + reflection.z * specular;
     if (strength < 0.5 * DIELECTRIC_HIGHLIGHT) return words;
     float metalness = clamp((strength - DIELECTRIC_HIGHLIGHT) / (1.0 - DIELECTRIC_HIGHLIGHT), 0.0, 1.0);
-    float code = 1.0 + floor(METALNESS_STEPS * metalness + 0.5) * ROUGHNESSES + floor(ROUGHNESS_STEPS * reflection.x + 0.5);
-    return uvec2(words.x & COLOUR_MASK | uint(code) << 24, words.y & ((1u << SHININESS_SHIFT) - 1u));
+    return with_reflection(words, reflection.x, metalness);
 }
 // Marks the surface as lit already, so that deferred lighting leaves it alone.
 uvec2 lit_surface(uvec2 surface) {

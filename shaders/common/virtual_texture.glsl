@@ -3,7 +3,8 @@
 // SUB_TILE × SUB_TILE texels. A mip tier holds MIP_TIER_LEVELS = log2 SUB_TILE levels of detail; the next has a quarter of its
 // side. COLOURED: colours differ from texel to texel. TINTED: by more than the principal components that each texel has of its
 // own, which are one or, with PAIRED, two. PARTIAL: texels of the finest tier are left out. COORDINATES: the object has a
-// texture, and pages may lack the first levels of their colours. Twin: reference/virtual_texture.py.
+// texture, and pages may lack the first levels of their colours. TELLS_ROUGHNESS: texels tell roughness and metalness.
+// Twin: reference/virtual_texture.py.
 #from depthwalk.cook.used_texels import SUB_TILE
 #include "common/depth_object.glsl"
 #from depthwalk.cook.virtual_texture import LEVELS as MIP_TIER_LEVELS
@@ -11,6 +12,9 @@ uniform sampler2D page_normals;         // (object normal + 1) / 2, remainder of
 uniform sampler2D page_colours;         // components of colours, see colour_axes; with TINTED only the first ones,
 uniform sampler2D page_tints;           // the others, at half the resolution
 uniform isampler2DArray page_table;     // per tile: the offset of its texels in the pages, and which sub-tiles are stored
+#ifdef TELLS_ROUGHNESS
+uniform sampler2D page_reflections;     // roughness, metalness
+#endif
 #ifdef PARTIAL
 #define page_detail stored_detail
 #else
@@ -120,6 +124,15 @@ vec4 page_colour(Around around) {
     return first_colour;
 #endif
 }
+
+#ifdef TELLS_ROUGHNESS
+// Roughness and metalness between four texels.
+vec2 page_reflection(Around around) {
+    vec2 sum = vec2(0.0);
+    for (int k = 0; k < 4; ++k) sum += around.weight[k] * texelFetch(page_reflections, around.at[k], 0).rg;
+    return sum;
+}
+#endif
 
 // The normal, not of length 1, at a place of level 0, by the cubics of Catmull and Rom 1974 through the texels. Under
 // magnification it keeps ridges that bilinear filtering blurs. around: the texels of that filter, at (0,0) (1,0) (0,1) (1,1).

@@ -2,7 +2,8 @@
 // buffer, asset by asset as Karis et al. 2021, "Nanite: A Deep Dive", resolve it material by material.
 // FORWARD: light it here too, in the object frame; SHADOWS: the sun casts shadows.
 // LIT_TILES: objects with impostor tiles are lit already, in pass 1; SURFACE_TOO: their normals are needed all the same.
-// UNLIT: the asset keeps its colour, see common/gbuffer.glsl. REFLECTS: it reflects the sky.
+// UNLIT: the asset keeps its colour, see common/gbuffer.glsl. REFLECTS: it reflects the sky;
+// TELLS_ROUGHNESS: texel by texel as its code says.
 // SHOW_TILES: objects with impostor tiles are painted, each in a colour of its own.
 #from depthwalk.render.lod.selection import USUAL_COSINE
 #include "common/rotation.glsl"
@@ -60,10 +61,13 @@ void main() {
     }
 #endif
     vec3 normal = rotate(rotation, surface.normal);
-#ifdef REFLECTS
+#if defined REFLECTS && !defined TELLS_ROUGHNESS
     words = reflecting_surface(surface.albedo, surface.specular, normal, shininess, reflection.xyz);
 #else
-    words = packed_surface(surface.albedo, surface.specular, normal, shininess);
+    words = packed_surface(surface.albedo, surface.specular, normal, shininess_at(surface));
+#endif
+#if defined REFLECTS && defined TELLS_ROUGHNESS
+    words = with_reflection(words, surface.reflection.x, surface.reflection.y);
 #endif
 #ifdef FORWARD
     float share = 1.0;

@@ -1,5 +1,6 @@
 """Keys of assets: what a result depends on changes its key, and nothing else does."""
 
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -180,6 +181,18 @@ def test_what_was_baked_without_its_reflections_is_made_anew(tmp_path: Path, ter
     glb.mesh({}, material=0)
     glb.write(spec.mesh, {"mesh": 0})
     assert (mesh_source(spec) == plain_hash(spec)) == same
+
+
+def test_what_was_baked_with_the_mean_of_a_roughness_map_is_made_anew(tmp_path: Path) -> None:
+    spec, glb = MeshAsset(name="m", mesh=tmp_path / "m.glb", texture=None, up="y", height=None, dpci=None), Glb()
+    terms = {"metallicFactor": 0, "metallicRoughnessTexture": {"index": 0}}
+    glb.header["materials"] = [{"pbrMetallicRoughness": terms}]
+    glb.mesh({}, material=0)
+    glb.write(spec.mesh, {"mesh": 0})
+    digest = plain_hash(spec)
+    for mark in ("+roughness-maps", "+reflections"):
+        digest = hashlib.sha256(f"{digest}{mark}".encode()).hexdigest()
+    assert mesh_source(spec) not in (plain_hash(spec), digest)
 
 
 def test_what_was_baked_without_its_normal_maps_is_made_anew(tmp_path: Path) -> None:

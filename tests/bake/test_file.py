@@ -87,6 +87,21 @@ def test_reflections_stay_so_in_files(tmp_path: Path) -> None:
     assert [cooked.outline.reflection for cooked in read_cooked(tmp_path / "a.dpci.npz")] == [(0.25, 0.5)]
 
 
+def test_that_texels_tell_roughness_stays_so_in_files(tmp_path: Path) -> None:
+    """Of depth images, and of what is cooked from them; files of other meshes do not mention it."""
+    told = np.array([[(51, 0), (204, 255)]], np.uint8)
+    plain = Material(reflection=Reflection(0.25, 0.5))
+    for material in (plain, replace(plain, reflection_map=told)):
+        model = model_of(bake(panes((0.0, material)), resolution=16, layers=1))
+        write_baked(tmp_path / "a.dpci.exr", model)
+        (read,) = read_baked(tmp_path / "a.dpci.exr").parts
+        assert read.tells_roughness == (material is not plain)
+        assert ("depthwalk.tells_roughness" in read_header(tmp_path / "a.dpci.exr")) == read.tells_roughness
+        write_cooked(tmp_path / "a.dpci.npz", read.key, (cook_object(read, CookOptions()),))
+        (cooked,) = read_cooked(tmp_path / "a.dpci.npz")
+        assert cooked.outline.tells_roughness == read.tells_roughness
+
+
 def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(
     tmp_path: Path, baked: BakedObject, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from depthwalk.bake.raycast import RayCaster
+from depthwalk.bake.reflection_code import reflections_of_codes
 from depthwalk.bake.samples import face_samples
 from depthwalk.bake.surface import mean_reflection, mean_shininess, surface_at
-from depthwalk.ingest.mesh import Material, Mesh, Part, Reflection
+from depthwalk.ingest.mesh import MATT, Material, Mesh, Part, Reflection
 from depthwalk.types import Array
 from shapes import mesh_of
 
@@ -47,6 +48,25 @@ def test_texture_material_and_colour_are_multiplied() -> None:
     mesh.colours[:] = (255, 0, 255)
     np.testing.assert_allclose(seen(mesh, 0.5, -0.25)[1], [0.5, 0, 1, 0.4], atol=1e-6)
     np.testing.assert_allclose(seen(mesh, 0.5, -0.75)[1], [0, 0, 0, 0.4], atol=1e-6)
+
+
+def test_maps_tell_roughness_and_metalness_of_what_is_seen() -> None:
+    """Beside faces whose material has no map: as glossy as it is, or as dull as its highlight is wide."""
+    told = np.zeros((4, 4, 2), np.uint8)
+    told[:2], told[2:] = (51, 255), (204, 0)
+    parts = Part(0, 1, 0), Part(1, 1, 1)
+    materials = [Material(reflection=Reflection(0.5, 0.5), reflection_map=told)]
+    for other, expected in (
+        (Material(reflection=Reflection(0.25, 1.0)), (0.25, 1)),
+        (Material(shininess=2 / 0.9**4 - 2), (0.9, 0)),
+        (Material(shininess=1024), (MATT, 0)),
+    ):
+        mesh = card(parts=parts, materials=(*materials, other))
+        assert mesh.has_reflection_maps and mesh.nbytes - replace(mesh, materials=()).nbytes == told.nbytes
+        below, above = (seen(mesh, 0.9, z)[1][3:] for z in (-0.25, -0.75))
+        assert np.stack(reflections_of_codes(below)).ravel() == pytest.approx((0.8, 0), abs=1e-6)
+        assert np.stack(reflections_of_codes(above)).ravel() == pytest.approx((0.2, 1), abs=1e-6)
+        assert np.stack(reflections_of_codes(seen(mesh, 0.1, -0.5)[1][3:])).ravel() == pytest.approx(expected, abs=1e-6)
 
 
 def test_nothing_is_seen_beside_the_mesh() -> None:

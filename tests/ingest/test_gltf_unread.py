@@ -24,7 +24,7 @@ def test_each_kind_is_counted() -> None:
         "3 lamps",
         "2 normal maps with other texture coordinates than the colours",
         "1 occlusion map",
-        "1 roughness map but for its mean",
+        "1 roughness map with other texture coordinates than the colours, but for its mean",
         "1 unlit material among others",
         "1 sampler that does not repeat",
     ]

@@ -117,7 +117,7 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
         head = read_head(spec.mesh, spec.texture, sources)
         digest = hash_files(head.files, sources)
     # The marks invalidate results from before alpha was heeded, translucent parts left out, skins posed, colours by
-    # other names read, splats thinned, normal maps read, unlit materials shown as they are, roughness maps read,
+    # other names read, splats thinned, normal maps read, unlit materials shown as they are, roughness maps looked up,
     # reflections kept and KTX 2 pictures, which are read if a library is there.
     marks = {
         "+cut-outs": head.has_cut_outs,
@@ -127,7 +127,7 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
         "+splats": head.has_splats,
         "+normal-maps": head.has_normal_maps,
         "+unlit": head.is_unlit,
-        "+roughness-maps": head.has_roughness_maps,
+        "+roughness-texels": head.has_roughness_maps,
         "+reflections": head.has_reflections and not head.is_unlit,
         "+ktx2": head.has_ktx2,
     }

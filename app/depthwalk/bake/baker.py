@@ -121,6 +121,7 @@ def bake_object(
         boundary_strips=tuple(borders),
         shininess=mean_shininess(mesh),
         reflection=mean_reflection(mesh),
+        tells_roughness=mesh.has_reflection_maps,
         steps=steps,
         key=key,
         texture=None if textured is None else textured.texture,

@@ -12,8 +12,10 @@ from scipy.ndimage import distance_transform_edt
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.normal_maps import NormalMaps, footprint_area
 from depthwalk.bake.raycast import RayCaster
+from depthwalk.bake.reflection_code import reflections_of_codes
 from depthwalk.bake.surface import mean_reflection, mean_shininess, surface_at
 from depthwalk.geometry.view_directions import view_axes
+from depthwalk.ingest.gltf_reflection import phong_strength
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.parallel import Map
 
@@ -61,7 +63,10 @@ def capture_views(mesh: Mesh, params: CaptureParams, parallel_map: Map = map) ->
         filled = _dilated(texels.reshape(side, side, 8), solid.reshape(side, side))
         filled[..., 3] = solid.reshape(side, side)
         eight_bits = (np.clip(filled, 0, 1) * 255 + 0.5).astype(np.uint8)
-        specular = float(albedo[0, met, 3].mean()) if met.any() else 0.0
+        strength = albedo[0, met, 3]
+        if mesh.has_reflection_maps:
+            strength = phong_strength(*reflections_of_codes(strength))
+        specular = float(strength.mean()) if met.any() else 0.0
         return eight_bits[..., :4], eight_bits[..., 4:], specular
 
     captured = list(parallel_map(capture, view_axes(params.unit_vectors())))

@@ -33,6 +33,7 @@ from depthwalk.bake.file_layout import (
     MESH_TRIANGLES,
     PLACEMENT,
     REFLECTION,
+    TELLS_ROUGHNESS,
     TEXTURED_VERSION,
     channel_type,
     split_name,
@@ -177,6 +178,8 @@ def _header(baked: BakedObject) -> dict[str, Any]:
         values[KEEPS_NORMALS] = 1
     if baked.reflection is not None:
         values |= {name: np.float32(value) for name, value in zip(REFLECTION, baked.reflection, strict=True)}
+    if baked.tells_roughness:
+        values[TELLS_ROUGHNESS] = 1
     header = {ATTRIBUTE + name: _attribute(value) for name, value in values.items()}
     return header | {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
 

@@ -17,6 +17,7 @@ MESH_TRIANGLES = "mesh_triangles"  # optional
 HAS_INTERIOR = "has_interior"  # optional
 KEEPS_NORMALS = "keeps_normals"  # optional
 REFLECTION = ("roughness", "metalness")  # optional, both or neither
+TELLS_ROUGHNESS = "tells_roughness"  # optional
 LISTS = ("border", "triangles")  # names of the parts that hold a boundary strip: border.side.0, triangles.side.0
 TEXTURE = "texture"  # name of the part that holds the texture
 COORDINATES = "uv"  # channel of texture coordinates

@@ -65,6 +65,7 @@ def object_from(stored: dict[str, Channels], header: Header) -> BakedObject:
         has_interior=header.has_interior,
         keeps_normals=header.keeps_normals,
         reflection=header.reflection,
+        tells_roughness=header.tells_roughness,
     )
 
 

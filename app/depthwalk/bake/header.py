@@ -24,6 +24,7 @@ from depthwalk.bake.file_layout import (
     MESH_TRIANGLES,
     PLACEMENT,
     REFLECTION,
+    TELLS_ROUGHNESS,
     TEXTURED_VERSION,
     channel_names,
     channel_type,
@@ -63,7 +64,7 @@ class Header:
         See `BakedModel`; None if the file does not say.
     mesh_triangles
         See `BakedObject`; None if the file does not say.
-    has_interior, keeps_normals, reflection
+    has_interior, keeps_normals, reflection, tells_roughness
         See `BakedObject`.
     """
 
@@ -79,6 +80,7 @@ class Header:
     has_interior: bool = False
     keeps_normals: bool = False
     reflection: Reflection | None = None
+    tells_roughness: bool = False
 
 
 def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
@@ -219,6 +221,7 @@ def _parsed(part: dict[str, Any]) -> Header:
         has_interior=values.get(HAS_INTERIOR) == 1,
         keeps_normals=values.get(KEEPS_NORMALS) == 1,
         reflection=checked_reflection(*(values.get(name) for name in REFLECTION)),
+        tells_roughness=values.get(TELLS_ROUGHNESS) == 1,
     )
 
 

@@ -222,6 +222,9 @@ class BakedObject:
     reflection
         How surfaces reflect the sky; None: not at all. Where it is not too rough, the specular strength of each texel
         tells how metallic it is.
+    tells_roughness
+        Whether texels hold a code of roughness and metalness in the place of their specular strength, see
+        `bake.reflection_code`.
     """
 
     cylinder: Cylinder
@@ -238,6 +241,7 @@ class BakedObject:
     has_interior: bool = False
     keeps_normals: bool = False
     reflection: Reflection | None = None
+    tells_roughness: bool = False
 
     @property
     def is_unlit(self) -> bool:

@@ -26,7 +26,7 @@ class FaceSamples:
     normal
         (L, H, W, 3) float32, unit, object frame, for shading; zero where empty.
     albedo
-        (L, H, W, 4) float32, linear RGB and specular strength; zero where empty.
+        (L, H, W, 4) float32, linear RGB and specular strength, or reflection code; zero where empty.
     places
         Positions of the samples in the mesh's texture; None if these are not kept.
     mapped_normal

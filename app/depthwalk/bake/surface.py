@@ -4,11 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.raycast import Hits
+from depthwalk.bake.reflection_code import reflection_codes
 from depthwalk.bake.texel_filter import bilinear
 from depthwalk.colour import linear_from_srgb8
 from depthwalk.geometry.vectors import lengths
-from depthwalk.ingest.mesh import Material, Mesh, Reflection
+from depthwalk.ingest.mesh import MATT, Material, Mesh, Reflection
 from depthwalk.parallel import Map, batches
+from depthwalk.types import Array
 
 _BATCH = 1 << 15  # hits at a time
 
@@ -31,7 +33,8 @@ def surface_at(mesh: Mesh, hits: Hits, parallel_map: Map = map) -> tuple[NDArray
         (L, n, 3) float32, the mesh's interpolated unit normals in its frame, turned around where the surface was hit
         from behind; zero without a hit.
     albedo
-        (L, n, 4) float32, linear RGB and specular strength; zero without a hit.
+        (L, n, 4) float32, linear RGB and specular strength; zero without a hit. If the mesh has maps of roughness and
+        metalness, the last is one of the `reflection_codes`.
     """
     normal = np.zeros((*hits.face.shape, 3), np.float32)
     albedo = np.zeros((*hits.face.shape, 4), np.float32)
@@ -89,8 +92,21 @@ def _apply_materials(
         mine = (face >= part.first_face) & (face < part.first_face + part.face_count)
         material = mesh.materials[part.material]
         albedo[mine, :3] = colour[mine] * _textured(material, uv[mine])
-        albedo[mine, 3] = material.specular
+        albedo[mine, 3] = _codes(material, uv[mine]) if mesh.has_reflection_maps else material.specular
     return albedo
+
+
+def _codes(material: Material, uv: NDArray[np.float32]) -> Array:
+    """Return the codes (n,) of a material at texture coordinates (n, 2)."""
+    if (texels := material.reflection_map) is not None:
+        size = texels.shape[0], texels.shape[1]
+        told = bilinear(lambda row, column: texels[row, column].astype(np.float32), size, uv) / 255
+        return reflection_codes(told[:, 0], told[:, 1])
+    if material.reflection is not None:
+        roughness, metalness = material.reflection
+    else:  # matt, as its exponent tells
+        roughness, metalness = max((2 / (material.shininess + 2)) ** 0.25, MATT), 0.0
+    return reflection_codes(*(np.full(len(uv), number, np.float32) for number in (roughness, metalness)))
 
 
 def _textured(material: Material, uv: NDArray[np.float32]) -> NDArray[np.float32]:

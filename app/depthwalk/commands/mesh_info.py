@@ -119,6 +119,8 @@ def _material_text(material: "Material", faces: int, tinted: bool) -> str:
     light = ", unlit" if material.unlit else ""
     if (reflection := material.reflection) is not None:
         light = f", roughness {reflection.roughness:.2g}, metalness {reflection.metalness:.2g}"
+    if (told := material.reflection_map) is not None:
+        light += f" on average, map {told.shape[1]} × {told.shape[0]}"
     return f"{counted(faces, 'triangle')}, {image}{bumps}{through}{glow}{light}"
 
 

@@ -256,7 +256,7 @@ def _header(cooked: CookedObject) -> dict[str, Any]:
         "bytes": cooked.bytes,
         "mesh_triangles": outline.mesh_triangles,
         # Left out where they are false, so that other files are unchanged.
-        **{name: True for name in ("has_interior", "keeps_normals") if getattr(outline, name)},
+        **{name: True for name in ("has_interior", "keeps_normals", "tells_roughness") if getattr(outline, name)},
         **({} if outline.reflection is None else {"reflection": [float(number) for number in outline.reflection]}),
     }
 
@@ -276,6 +276,7 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str
         has_interior=header.get("has_interior") is True,
         keeps_normals=header.get("keeps_normals") is True,
         reflection=checked_reflection(*header.get("reflection", (None, None))),
+        tells_roughness=header.get("tells_roughness") is True,
     )
     return CookedObject(
         outline=outline,

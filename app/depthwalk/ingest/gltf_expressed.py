@@ -9,6 +9,7 @@ from depthwalk.ingest.gltf_compression import decompress_checked
 from depthwalk.ingest.gltf_geometry import express
 from depthwalk.ingest.gltf_normal_maps import fold_normal_maps
 from depthwalk.ingest.gltf_points import warn_of_undrawn
+from depthwalk.ingest.gltf_reflection import fold_roughness_maps
 from depthwalk.ingest.gltf_textures import decode_pictures, warn_of_missing_textures
 from depthwalk.ingest.sources import Sources
 
@@ -46,4 +47,4 @@ def expressed(header: dict[str, Any], accessors: Accessors, length: int, path: P
     warn_of_missing_textures(header, accessors, path)
     warn_of_undrawn(header, path)
     changed = [express(header, accessors), fold_extensions(header, path), fold_normal_maps(header, path)]
-    return compressed or decoded or any(changed)
+    return compressed or decoded or any(changed) or fold_roughness_maps(header)

@@ -152,11 +152,11 @@ _Transform = tuple[float, float, float, float, float]  # offset u, v, rotation i
 def _coordinates(header: Header, primitive: Header) -> tuple[str, _Transform | None]:
     """Return which texture coordinates the material of a primitive uses, and how they are transformed.
 
-    Depth images and meshes have one set of coordinates, so those of the colour texture serve the glow, too, and normal
-    maps that share them.
+    Depth images and meshes have one set of coordinates, so those of the colour texture serve the glow, too, and maps of
+    normals and roughness that share them.
     """
     material = header["materials"][primitive["material"]] if "material" in primitive else {}
-    return _placement(_leading_texture(material) or material.get("normalTexture") or {})
+    return _placement(_leading_texture(material) or {})
 
 
 def shares_coordinates(material: Header, texture: Header) -> bool:
@@ -168,11 +168,14 @@ def shares_coordinates(material: Header, texture: Header) -> bool:
 
 
 def _leading_texture(material: Header) -> Header | None:
-    """Return the texture of a material whose coordinates the others share; None if it has no colour and no glow."""
+    """Return the texture of a material whose coordinates the others share; None if it has none."""
+    terms = material.get("pbrMetallicRoughness", {})
     found = (
         material.get("extensions", {}).get(_GLOSSINESS, {}).get("diffuseTexture"),
-        material.get("pbrMetallicRoughness", {}).get("baseColorTexture"),
+        terms.get("baseColorTexture"),
         material.get("emissiveTexture"),
+        material.get("normalTexture"),
+        terms.get("metallicRoughnessTexture"),
     )
     return next(filter(None, found), None)
 

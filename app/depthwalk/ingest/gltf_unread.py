@@ -2,9 +2,10 @@
 
 from typing import Any
 
-from depthwalk.ingest.gltf import INSTANCING, is_unlit, object_under, objects_under, roughness_map_count
+from depthwalk.ingest.gltf import INSTANCING, is_unlit, object_under, objects_under
 from depthwalk.ingest.gltf_normal_maps import normal_map_counts
 from depthwalk.ingest.gltf_points import undrawn_beside
+from depthwalk.ingest.gltf_reflection import roughness_map_counts
 from depthwalk.ingest.gltf_textures import textures_without_picture
 
 _APART = "with other texture coordinates than the colours"
@@ -41,7 +42,9 @@ def unread(header: dict[str, Any], *, is_translated: bool = False) -> list[str]:
             textures_without_picture(header).values()
         ),
         ("occlusion map", "occlusion maps"): sum("occlusionTexture" in material for material in materials),
-        ("roughness map but for its mean", "roughness maps but for their means"): roughness_map_count(header),
+        (f"roughness map {_APART}, but for its mean", f"roughness maps {_APART}, but for their means"): (
+            roughness_map_counts(header)[1]
+        ),
         ("unlit material among others", "unlit materials among others"): 0
         if is_unlit(header)
         else sum("KHR_materials_unlit" in object_under(material, "extensions") for material in materials),

@@ -2,7 +2,7 @@
 
 import io
 import warnings
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -189,12 +189,12 @@ class TextureDecoder:
         return self._decoded[key]
 
     def coarse(self, image: "Image.Image", name: str, side: int) -> NDArray[np.uint8]:
-        """Decode a picture that is used for nothing else, in fewer pixels, unless that has been done already.
+        """Decode a picture in fewer pixels, unless that has been done already.
 
         Parameters
         ----------
         image
-            The picture, which must not have been decoded: large ones are decoded in fewer pixels if they are JPEG.
+            The picture; large ones that have not been decoded before are decoded in fewer pixels if they are JPEG.
         name
             Its name in messages.
         side
@@ -217,8 +217,17 @@ class TextureDecoder:
             self._images.append(image)
             check_size(image, name)
             image.draft(None, (side, side))  # of JPEG files: no fewer pixels than these
-            pixels = Image.fromarray(rgba(image, name))
-            self._decoded[key] = np.array(pixels.reduce(-(-max(pixels.size) // side)))
+            pixels = rgba(image, name)
+            factor = -(-max(pixels.shape[:2]) // side)
+            self._decoded[key] = pixels if factor == 1 else np.array(Image.fromarray(pixels).reduce(factor))
+            self._bytes += self._decoded[key].nbytes
+        return self._decoded[key]
+
+    def once(self, key: Hashable, make: Callable[[], NDArray[np.uint8]]) -> NDArray[np.uint8]:
+        """Return what `make` returns for a `key` that no picture has; it is called only once."""
+        if key not in self._decoded:
+            self._decoded[key] = make()
+            self._bytes += self._decoded[key].nbytes
         return self._decoded[key]
 
     def without_alpha(self, texture: NDArray[np.uint8], name: str) -> NDArray[np.uint8]:

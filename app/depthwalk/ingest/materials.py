@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from depthwalk.errors import quoted
 from depthwalk.ingest.gltf_normal_maps import name_and_scale
+from depthwalk.ingest.gltf_reflection import highlight, without_mark
 from depthwalk.ingest.image import TextureDecoder
-from depthwalk.ingest.mesh import DIELECTRIC_HIGHLIGHT, OPAQUE, Material, Reflection
+from depthwalk.ingest.mesh import OPAQUE, Material
 from depthwalk.limits import MAX_EMISSION, MAX_SHININESS
 
 if TYPE_CHECKING:  # takes most of a second to import; callers with a trimesh material have already imported it
@@ -28,11 +29,6 @@ WHITE = (1.0, 1.0, 1.0)
 _CUTOFF = 0.5  # glTF's default
 _CLEAR = 0.01  # alpha up to which a surface counts as invisible
 _BLACK = (0.0, 0.0, 0.0)
-_COARSE = 512  # pixels along a side of roughness maps, which are only averaged
-MATT = 0.75
-"""Roughness from which on only metal reflects its surroundings noticeably."""
-LEAST_METALNESS = 0.1
-"""Mean metalness from which on a rough surface counts as metal."""
 
 
 def convert_material(
@@ -164,6 +160,7 @@ def without_light(material: Material) -> Material:
         normal_map=None,
         normal_scale=1.0,
         reflection=None,
+        reflection_map=None,
     )
 
 
@@ -203,12 +200,15 @@ def phong_from_pbr(
     """
     factor = material.baseColorFactor
     colour = WHITE if factor is None else _rgb((np.asarray(factor[:3], np.float64) / 255.0).tolist(), WHITE)
-    specular, shininess, reflection = _highlight(material, name, textures, uv)
+    roughness, metallic = (
+        min(max(_scalar(term, 1.0), 0.0), 1.0) for term in (material.roughnessFactor, material.metallicFactor)
+    )
+    shine = highlight(material, roughness, metallic, name, textures, uv)
     texture, emission_texture, normal_map = (
         None if image is None else textures.decode(image, f"{name}: {image.info.get('file_path', 'embedded texture')}")
         for image in (material.baseColorTexture, material.emissiveTexture, material.normalTexture)
     )
-    own_name, normal_scale = name_and_scale(material.name)
+    own_name, normal_scale = name_and_scale(without_mark(material.name))
     alpha = 1.0 if factor is None or len(factor) < 4 else float(factor[3]) / 255.0
     mode, cutoff = material.alphaMode, None
     if mode == "MASK":
@@ -221,44 +221,19 @@ def phong_from_pbr(
         Material(
             colour,
             texture,
-            specular,
-            shininess,
+            shine.specular,
+            shine.shininess,
             emission=emission,
             emission_texture=emission_texture,
             normal_map=normal_map,
             normal_scale=normal_scale,
-            reflection=reflection,
+            reflection=shine.reflection,
+            reflection_map=shine.reflection_map,
         ),
         cutoff=cutoff,
         opacity=alpha if mode == "BLEND" else 1.0,
         without_alpha=None if mode == "BLEND" else textures.without_alpha,
     )
-
-
-def _highlight(
-    material: "PBRMaterial | SimpleNamespace", name: str, textures: TextureDecoder, uv: NDArray[np.float64] | None
-) -> tuple[float, float, Reflection | None]:
-    """Return specular strength and Phong exponent of a lobe as wide as that of GGX with α = roughness², and reflection.
-
-    Rough surfaces have none. A material has one highlight, so that a map of roughness and metalness counts by its mean
-    at the vertices, since parts of it that no surface shows may hold anything.
-    """
-    roughness = np.array([min(max(_scalar(material.roughnessFactor, 1.0), 0.0), 1.0)])
-    metallic = np.array([min(max(_scalar(material.metallicFactor, 1.0), 0.0), 1.0)])
-    if (image := material.metallicRoughnessTexture) is not None and uv is not None and np.isfinite(uv).any():
-        texels = textures.coarse(image, f"{name}: {image.info.get('file_path', 'embedded texture')}", _COARSE)
-        u, v = uv[np.isfinite(uv).all(axis=1)].T
-        rows = ((1 - v) % 1 * texels.shape[0]).astype(np.int64)
-        shown = texels[rows % texels.shape[0], (u % 1 * texels.shape[1]).astype(np.int64) % texels.shape[1]] / 255.0
-        roughness, metallic = roughness * shown[:, 1], metallic * shown[:, 2]
-    specular = (1 - roughness) * (DIELECTRIC_HIGHLIGHT + (1 - DIELECTRIC_HIGHLIGHT) * metallic)
-    # The width of the highlight is that of the parts that have one.
-    weight = specular if specular.any() else np.ones_like(specular)
-    mean = float((weight * roughness).sum() / weight.sum())
-    metalness = float(metallic.mean())
-    shows = mean < MATT or metalness >= LEAST_METALNESS
-    reflection = Reflection(mean, metalness) if shows else None
-    return float(specular.mean()), 2.0 / max(mean, 0.1) ** 4 - 2.0, reflection
 
 
 def _cuts_out(texture: NDArray[np.uint8]) -> bool:

@@ -14,6 +14,9 @@ OPAQUE = 0.99
 DIELECTRIC_HIGHLIGHT = 0.3
 """Strength of the highlight of smooth glTF materials that are not metal; with metalness it rises to 1."""
 
+MATT = 0.75
+"""Roughness from which on only metal reflects its surroundings noticeably."""
+
 
 class Reflection(NamedTuple):
     """Describe how a surface reflects what is around it.
@@ -65,6 +68,9 @@ class Material:
     reflection : Reflection or None
         How the surface reflects a sky that lights the scene; None: too little to show. Under other light, only the
         highlight shows.
+    reflection_map : (H, W, 2) uint8 or None
+        Roughness and metalness, 255 for 1, texel by texel, row 0 at the top; `specular`, `shininess` and `reflection`
+        are then their means. None: they are the same everywhere. Only with a `reflection`.
     """
 
     base_colour: tuple[float, float, float] = (0.8, 0.8, 0.8)
@@ -79,6 +85,7 @@ class Material:
     normal_scale: float = 1.0
     unlit: bool = False
     reflection: Reflection | None = None
+    reflection_map: NDArray[np.uint8] | None = None
 
     @property
     def glows(self) -> bool:
@@ -163,12 +170,18 @@ class Mesh:
         return any(self.materials[part.material].normal_map is not None for part in self.parts)
 
     @property
+    def has_reflection_maps(self) -> bool:
+        """Return whether any of its opaque faces has a map of roughness and metalness."""
+        return any(self.materials[part.material].reflection_map is not None for part in self.parts)
+
+    @property
     def nbytes(self) -> int:
         """Return how many bytes its arrays and textures take."""
         arrays: list[NDArray[Any]] = [self.positions, self.normals, self.colours, self.uv]
         arrays += self.faces, self.translucent_faces
-        textures = (t for each in self.materials for t in (each.texture, each.emission_texture, each.normal_map))
-        arrays += [texture for texture in textures if texture is not None]
+        for each in self.materials:
+            textures = each.texture, each.emission_texture, each.normal_map, each.reflection_map
+            arrays += [texture for texture in textures if texture is not None]
         return sum(array.nbytes for array in arrays)
 
 

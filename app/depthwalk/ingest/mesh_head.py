@@ -48,7 +48,7 @@ class MeshHead:
     has_normal_maps
         Whether materials have normal maps that are read, or height maps.
     has_roughness_maps
-        Whether materials have maps of roughness and metalness, of which earlier versions read nothing.
+        Whether materials have maps of roughness and metalness, of which earlier versions read nothing, then means.
     has_reflections
         Whether it is a glTF file with glossy or metallic materials, of which earlier versions kept the highlight alone.
     has_ktx2

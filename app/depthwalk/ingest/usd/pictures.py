@@ -14,7 +14,7 @@ from depthwalk.ingest.usd.problems import UsdError
 from depthwalk.limits import MAX_MESH_BYTES, MAX_TEXTURE_PIXELS
 
 _MIME_TYPES = {"PNG": "image/png", "JPEG": "image/jpeg", "WEBP": "image/webp"}
-_COARSE = 512  # pixels along a side of roughness maps, of which only the mean counts
+_COARSE = 2048  # pixels along a side of roughness maps; of larger ones `gltf_reflection.MAP_SIDE` are kept anyway
 
 
 class Channel(NamedTuple):

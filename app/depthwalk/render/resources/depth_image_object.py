@@ -35,7 +35,7 @@ _SETBACK = 0.5
 
 # What looking up a surface reads, in the order of its texture units. Each has its own, as not all objects have all.
 _PAGES = "page_normals", "page_colours", "page_tints", "page_table", "page_coordinates"
-_SAMPLERS = *_PAGES, "base_texture", "meso_relief"
+_SAMPLERS = *_PAGES, "base_texture", "page_reflections", "meso_relief"
 SURFACE_UNITS = len(_SAMPLERS)
 
 # std140: vectors of three begin at multiples of 16 bytes, as do all elements of arrays.
@@ -122,6 +122,8 @@ class DepthObject:
         Whether its surfaces are shown without light.
     reflects
         Whether its surfaces reflect the sky.
+    tells_roughness
+        Whether its texels tell roughness and metalness, see `BakedObject`.
     """
 
     vertices: moderngl.Buffer
@@ -137,6 +139,7 @@ class DepthObject:
     keeps_normals: bool = False
     is_unlit: bool = False
     reflects: bool = False
+    tells_roughness: bool = False
 
     @cached_property
     def defines(self) -> tuple[str, ...]:
@@ -147,7 +150,7 @@ class DepthObject:
     def surface_defines(self) -> tuple[str, ...]:
         """Return the defines of the shader that looks up the surface: meso-structure, kinds of colour and normal."""
         normals = ("KEEPS_NORMALS",) if self.keeps_normals else ()
-        light = ("UNLIT",) if self.is_unlit else ()
+        light = ("UNLIT",) if self.is_unlit else ("TELLS_ROUGHNESS",) if self.tells_roughness else ()
         return *self.defines, *normals, *light, *self._shown_texture.defines
 
     @property
@@ -259,7 +262,8 @@ class DepthObject:
             The settings of detail.
         """
         for unit, image in enumerate(self._shown_texture.images, first_unit):
-            image.use(unit)
+            if image is not None:
+                image.use(unit)
         self.use_geometry(program, lod, first_unit + SURFACE_UNITS - 1)
 
     def show_texture(self, gl: Scope, texture: SurfaceTexture) -> None:
@@ -325,6 +329,7 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObje
         keeps_normals=baked.keeps_normals,
         is_unlit=baked.is_unlit,
         reflects=baked.reflection is not None,
+        tells_roughness=baked.tells_roughness,
     )
 
 

@@ -24,7 +24,8 @@ PAINTED_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "
 PLAIN_LAYOUT = ("3f 3f 12x", "in_position", "in_normal")
 POSITION_LAYOUT = ("3f 24x", "in_position")
 CUT_OUT_LAYOUT = ("3f 16x 2f", "in_position", "in_uv")  # for shadows of meshes with cut-outs
-_NORMAL_MAP = 4  # texture unit; 0 is that of the colours, and 1 to 3 are those of `render.cluster_drawing`
+# Texture units; 0 is that of the colours, and 1 to 3 are those of `render.cluster_drawing`.
+_NORMAL_MAP, _REFLECTION_MAP = 4, 5
 _VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("colour", "4u1"), ("uv", "2f4")])
 # An estimate for meshes that are not read yet: a smooth one has half a vertex per triangle, a faceted one three.
 BYTES_PER_TRIANGLE = 3 * 4 + _VERTEX.itemsize
@@ -40,7 +41,7 @@ class MaterialLook(NamedTuple):
     uniforms
         The uniforms of shaders/mesh/mesh.frag, by name.
     painted
-        Whether the texture or the vertices have colours, or there is a normal map, so that the mesh is drawn with
+        Whether the texture or the vertices have colours, or there is another map, so that the mesh is drawn with
         PAINTED_LAYOUT.
     cutoff
         Alpha of the texture below which there is no surface; None: the surface is everywhere.
@@ -50,6 +51,8 @@ class MaterialLook(NamedTuple):
         Whether the surface is shown without light.
     reflects
         Whether the surface reflects the sky.
+    reflection_map
+        Roughness and metalness; None: they are the same everywhere.
     """
 
     texture: moderngl.Texture
@@ -59,6 +62,7 @@ class MaterialLook(NamedTuple):
     normal_map: moderngl.Texture | None = None
     unlit: bool = False
     reflects: bool = False
+    reflection_map: moderngl.Texture | None = None
 
     def defines(self, sky_lights: bool) -> tuple[str, ...]:
         """Return the defines of shaders/mesh/mesh.frag. sky_lights: whether the sky lights the scene."""
@@ -68,19 +72,22 @@ class MaterialLook(NamedTuple):
             "NORMAL_MAP": self.normal_map is not None,
             "UNLIT": self.unlit,
             REFLECTS: self.reflects and sky_lights,
+            "REFLECTION_MAP": self.reflection_map is not None,
         }
         return tuple(name for name, present in has.items() if present)
 
     @property
     def textures(self) -> tuple[moderngl.Texture, ...]:
         """Return its textures."""
-        return (self.texture,) if self.normal_map is None else (self.texture, self.normal_map)
+        return tuple(filter(None, (self.texture, self.normal_map, self.reflection_map)))
 
     def use(self, program: Program) -> None:
         """Bind the textures and set the uniforms of a program that was compiled with `defines`."""
         self.texture.use(0)
         if self.normal_map is not None:
             self.normal_map.use(_NORMAL_MAP)
+        if self.reflection_map is not None:
+            self.reflection_map.use(_REFLECTION_MAP)
         program.set(**self.uniforms)
 
 
@@ -212,31 +219,41 @@ def _upload_material(gl: Scope, material: Material, coloured: bool) -> MaterialL
     uniforms["base_texture"] = 0
     if material.cutoff is not None:
         uniforms["cutoff"] = material.cutoff
-    normal_map = None if material.normal_map is None else upload_normal_map(gl, material.normal_map)
+    normal_map = None if material.normal_map is None else upload_map(gl, material.normal_map)
     if normal_map is not None:
         uniforms |= {"normal_map": _NORMAL_MAP, "normal_scale": material.normal_scale}
     if material.reflection is not None:
         uniforms["reflection"] = of_highlight(material.reflection)
-    painted = coloured or material.texture is not None or normal_map is not None
+    reflection_map = None if material.reflection_map is None else upload_map(gl, material.reflection_map)
+    if reflection_map is not None:
+        uniforms["reflection_map"] = _REFLECTION_MAP
+    maps = material.texture, normal_map, reflection_map
     return MaterialLook(
-        texture, uniforms, painted, material.cutoff, normal_map, material.unlit, material.reflection is not None
+        texture,
+        uniforms,
+        painted=coloured or any(each is not None for each in maps),
+        cutoff=material.cutoff,
+        normal_map=normal_map,
+        unlit=material.unlit,
+        reflects=material.reflection is not None,
+        reflection_map=reflection_map,
     )
 
 
-def upload_normal_map(gl: Scope, normal_map: NDArray[np.uint8]) -> moderngl.Texture:
-    """Upload a normal map into a scope; its mip-maps hold means, which are filtered like the texels of a texture.
+def upload_map(gl: Scope, texels: NDArray[np.uint8]) -> moderngl.Texture:
+    """Upload a map of numbers into a scope; its mip-maps hold means, which are filtered like the texels of a texture.
 
     Parameters
     ----------
     gl
         The scope that owns the texture.
-    normal_map
-        (H, W, 4) uint8, row 0 at the top, see `Material.normal_map`.
+    texels
+        (H, W, k) uint8, row 0 at the top, see `Material.normal_map` and `Material.reflection_map`.
 
     Returns
     -------
     moderngl.Texture
         The texture, row 0 at v = 0.
     """
-    height, width = normal_map.shape[:2]
-    return gl.tiling_texture((width, height), 4, np.ascontiguousarray(normal_map[::-1]).tobytes())
+    height, width, components = texels.shape
+    return gl.tiling_texture((width, height), components, np.ascontiguousarray(texels[::-1]).tobytes())

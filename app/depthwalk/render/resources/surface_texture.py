@@ -15,6 +15,7 @@ from depthwalk.cook.texture_detail import Detail
 from depthwalk.cook.virtual_texture import LEVELS, VirtualTexture
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.mip_maps import Texels, mip_maps
+from depthwalk.types import Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +34,8 @@ class SurfaceTexture:
         Where the texels lie in the object's own texture; None where it has none, or they are left out.
     base
         The object's own texture; None where `coordinates` is.
+    reflections
+        Roughness and metalness, tile by tile; None where the texels do not tell them.
     page_table
         The table of where each tile lies in these pictures, one layer per depth image.
     detail
@@ -50,6 +53,7 @@ class SurfaceTexture:
     tints: moderngl.Texture
     coordinates: moderngl.Texture | None
     base: moderngl.Texture | None
+    reflections: moderngl.Texture | None
     page_table: moderngl.TextureArray
     detail: Detail
     defines: tuple[str, ...]
@@ -57,18 +61,24 @@ class SurfaceTexture:
     bytes: int
 
     @cached_property
-    def images(self) -> tuple[moderngl.Texture | moderngl.TextureArray, ...]:
-        """Return the textures in the order of their texture units; without coordinates and base where it has none."""
-        textured = (self.coordinates, self.base) if self.coordinates is not None and self.base is not None else ()
-        return self.normals, self.colours, self.tints, self.page_table, *textured
+    def images(self) -> tuple[moderngl.Texture | moderngl.TextureArray | None, ...]:
+        """Return the textures in the order of their texture units, None for those that it lacks."""
+        pages = self.normals, self.colours, self.tints, self.page_table
+        return *pages, self.coordinates, self.base, self.reflections
 
     @property
     def owned(self) -> tuple[moderngl.Texture | moderngl.TextureArray, ...]:
         """Return all GL objects of this texture, to be freed when it is replaced."""
-        return self.images
+        return tuple(image for image in self.images if image is not None)
 
 
-def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceTexture:
+def texture_bytes(pages: VirtualTexture, tells_roughness: bool) -> int:
+    """Return how many bytes of GPU memory a virtual texture takes; parameters as for `upload_texture`."""
+    told = sum(pages.normals[..., :2].size >> 2 * level for level in range(LEVELS + 1)) if tells_roughness else 0
+    return pages.table.nbytes + pages.bytes_with_mip_maps + told
+
+
+def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail, tells_roughness: bool = False) -> SurfaceTexture:
     """Upload a virtual texture into a scope.
 
     Parameters
@@ -79,6 +89,8 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
         The texture as `at_detail` returned it for `detail`.
     detail
         Which part of the whole texture that is.
+    tells_roughness
+        Whether its texels tell roughness and metalness, see `BakedObject`.
 
     Returns
     -------
@@ -101,6 +113,7 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
         tints=_upload_picture(gl, _at_level(pages.tints, tints_left_out), LEVELS - 1 - tints_left_out),
         coordinates=_upload_coordinates(gl, pages.coordinates) if pages.has_coordinates else None,
         base=_upload_base(gl, pages.texture) if pages.has_coordinates else None,
+        reflections=_upload_picture(gl, _reflections(pages), LEVELS) if tells_roughness else None,
         page_table=gl.number_array((columns, rows, images), 2, table.tobytes(), "i2"),
         detail=detail,
         defines=tuple(name for name, is_needed in variants.items() if is_needed),
@@ -112,8 +125,25 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
             "page_detail": int(detail),
             "colour_level": pages.colour_level,
         },
-        bytes=pages.table.nbytes + pages.bytes_with_mip_maps,
+        bytes=texture_bytes(pages, tells_roughness),
     )
+
+
+def _reflections(pages: VirtualTexture) -> NDArray[np.uint8]:
+    """Return roughness and metalness (H, W, 2), 255 for 1, of codes in the place of specular strengths.
+
+    They are filtered like colours; codes cannot be, as between those of metal and of anything else rough metal lies.
+    """
+    from depthwalk.bake.reflection_code import reflections_of_codes  # here: few objects have maps
+
+    codes: Array = np.full(pages.normals.shape[:2], pages.palette[0, 3])
+    if pages.tints.size:
+        own = pages.colours.shape[2]
+        codes += pages.colours / 127 @ pages.palette[1 : 1 + own, 3]
+        codes += (pages.tints / 255 @ pages.palette[1 + own :, 3]).repeat(2, 0).repeat(2, 1)
+    elif pages.colours.size:
+        codes = pages.colours[..., 3] / 255
+    return np.round(255 * np.stack(reflections_of_codes(codes), -1).clip(0, 1)).astype(np.uint8)
 
 
 def _upload_picture(gl: Scope, texels: NDArray[np.int8] | NDArray[np.uint8], levels: int) -> moderngl.Texture:

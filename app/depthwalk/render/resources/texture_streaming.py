@@ -10,7 +10,7 @@ from depthwalk.cook.virtual_texture import VirtualTexture
 from depthwalk.gpu.device import Scope
 from depthwalk.render.resources.cooked_parts import CookedParts
 from depthwalk.render.resources.depth_image_object import DepthObject
-from depthwalk.render.resources.surface_texture import upload_texture
+from depthwalk.render.resources.surface_texture import texture_bytes, upload_texture
 from depthwalk.types import Array
 
 _LASTING = 1.25  # hysteresis: a texture is reduced only if pixels are larger than it needs by this factor
@@ -69,7 +69,8 @@ class TextureStreaming:
             self._whole[number] = texture
             self._texels[number] = texture.normals[..., 0].size
         else:
-            self._objects[number].show_texture(self._gl, upload_texture(self._gl, texture, Detail.FULL))
+            drawn = self._objects[number]
+            drawn.show_texture(self._gl, upload_texture(self._gl, texture, Detail.FULL, drawn.tells_roughness))
 
     def fit(
         self,
@@ -161,5 +162,5 @@ class TextureStreaming:
     def _replace(self, number: int, texture: VirtualTexture, detail: Detail, needed: set[int]) -> None:
         drawn = self._objects[number]
         drawn.free_texture(self._gl)
-        self._make_room(texture.table.nbytes + texture.bytes_with_mip_maps, needed)
-        drawn.show_texture(self._gl, upload_texture(self._gl, texture, detail))
+        self._make_room(texture_bytes(texture, drawn.tells_roughness), needed)
+        drawn.show_texture(self._gl, upload_texture(self._gl, texture, detail, drawn.tells_roughness))

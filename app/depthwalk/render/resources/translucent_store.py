@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Scope
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.render.resources.mesh_object import WHITE, upload_normal_map
+from depthwalk.render.resources.mesh_object import WHITE, upload_map
 from depthwalk.render.resources.translucent_mesh import Texels, TextureRun, TranslucentMesh, gather_translucent
 
 log = logging.getLogger(__name__)
@@ -151,7 +151,7 @@ class TranslucentStore:
 
     def _normal_maps(self, mesh: TranslucentMesh) -> dict[int, moderngl.Texture]:
         by_id = {id(run.normal_map): run.normal_map for run in mesh.runs}
-        return {number: upload_normal_map(self._gl, map_) for number, map_ in by_id.items() if map_ is not None}
+        return {number: upload_map(self._gl, map_) for number, map_ in by_id.items() if map_ is not None}
 
     def _texture(self, texels: Texels) -> moderngl.Texture:
         return self._gl.srgb_texture(texels[::-1])
