@@ -6,6 +6,7 @@ their meshes stay in out/models. The few polygons and the textures ship as they 
 
 import re
 import shutil
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -25,7 +26,7 @@ from depthwalk.commands.program import as_program, guarded
 from depthwalk.cook.cook import CookedObject
 from depthwalk.cook.cooked_file import cooked_key, read_cooked, write_cooked
 from depthwalk.errors import InputError, suggest
-from depthwalk.files import write_bytes
+from depthwalk.files import replacing, write_bytes
 from depthwalk.ingest.formats import COOKED_SUFFIX
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.resources import asset_root
@@ -113,11 +114,31 @@ def _bake(jobs: list[Job], finest: dict[str, float]) -> None:
 
 
 def _coarsen(job: Job, finest: float) -> None:
-    """Leave out of a file what nobody would see: levels finer than `finest` texels (see `Images`), bits of normals."""
+    """Leave out of a file what nobody would see: levels finer than `finest` texels (see `Images`), bits of normals.
+
+    It is then packed as tightly as can be.
+    """
     key = cooked_key(job.out)
     assert key is not None  # it has just been baked, or found up to date
     objects = (without_levels(cooked, finest * square_texel(cooked.outline)) for cooked in read_cooked(job.out))
     write_cooked(job.out, key, tuple(map(with_plain_normals, objects)))
+    pack_tightly(job.out)
+
+
+def pack_tightly(path: Path) -> None:
+    """Compress the members of the zip archive `path` again, by Zopfli.
+
+    It is a fifteenth smaller then, and read as before, but compressing takes a minute for 4 MB.
+    """
+    import zopfli  # here, so that what only reads the catalogue needs no extra
+
+    with (
+        replacing(path) as temporary,
+        zipfile.ZipFile(path) as archive,
+        zopfli.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as packed,
+    ):
+        for member in archive.infolist():
+            packed.writestr(member, archive.read(member))
 
 
 def with_plain_normals(cooked: CookedObject) -> CookedObject:

@@ -6,8 +6,8 @@ once per asset, in seconds; `cooked_file` stores the result. Its steps, in the o
 1. *Depth images → geometry levels.* `grid_lods` connects neighbouring samples to triangles, face by face
    (`face_grids`), at steps of 1, 2, 4 … texels, fewer where the surface is smooth (`rtin`). For larger images, and for
    foliage, `simplified_lods` takes the finest of these grids and simplifies it as one surface: by `vertex_clustering`,
-   `hole_filling` and `edge_collapse` (`quadrics`), with its `sharp_features` restored, and dilated if it is foliage
-   (`foliage_dilation`).
+   `hole_filling` and `edge_collapse` (`quadrics`), with its `sharp_features` restored. Finished levels are dilated if
+   they are of foliage (`foliage_dilation`); of others, slits are closed (`slit_closing`).
 2. *View selection.* Each simplified triangle is assigned the depth image that shows it best (`view_selection`);
    triangles of grids stay with the image that they are made from.
 3. *Pieces.* The triangles of a level are sorted by the directions from which they can be seen (`cases`), and written
@@ -36,7 +36,7 @@ from depthwalk.types import Array, Ints
 
 # Part of the names of cached files: raise it with every change of the output of `cook_object`. A test compares the
 # cooking code with its state when the number was last set.
-COOK_VERSION = 11
+COOK_VERSION = 12
 
 # Up to this many texels across, simplifying an image takes longer than a visitor of the garden should have to wait, and
 # saves few triangles.

@@ -9,7 +9,7 @@ from depthwalk.bake.raycast import RayCaster
 from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.used_texels import TILE, tile_counts
 from depthwalk.geometry.vectors import lengths
-from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.mesh import Mesh, positions_only
 from depthwalk.parallel import Map
 from depthwalk.types import Array, Ints, Mask
 
@@ -48,16 +48,7 @@ def hardly_seen(baked: BakedObject, grids: LodGeometry, parallel: Map = map) -> 
 def _mesh(grids: LodGeometry) -> Mesh:
     """Return the triangles of one level of `grids` as a mesh with positions only, object frame."""
     used, faces = np.unique(grids.drawn(min(_LEVEL, len(grids.error) - 1)), return_inverse=True)
-    none = np.zeros((0, 3), np.float32)
-    return Mesh(
-        positions=grids.positions[used].astype(np.float32),
-        normals=none,
-        colours=none.astype(np.uint8),
-        uv=none,
-        faces=faces.reshape(-1, 3).astype(np.int32),
-        parts=(),
-        materials=(),
-    )
+    return positions_only(grids.positions[used], faces.reshape(-1, 3))
 
 
 def _hardly_seen(baked: BakedObject, caster: RayCaster, image: DepthImage) -> NDArray[np.bool_]:

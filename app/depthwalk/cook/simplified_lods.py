@@ -2,8 +2,9 @@
 
 Grids end at every edge of a surface, in boundary strips, and overlap where ownership changes from face to face: two
 thirds of their triangles are there, however smooth the surface. Here the finest grids are merged into one surface
-(`vertex_clustering`), which is simplified as a whole (`edge_collapse`). Shading still comes from the depth images: each
-triangle looks into the one that shows it best (`view_selection`).
+(`vertex_clustering`), which is simplified as a whole (`edge_collapse`); where sheets of it still end before each other,
+slits are closed (`slit_closing`). Shading still comes from the depth images: each triangle looks into the one that shows
+it best (`view_selection`).
 """
 
 from collections.abc import Callable, Iterator
@@ -23,6 +24,7 @@ from depthwalk.cook.indexed_lods import index_levels
 from depthwalk.cook.lod_geometry import BORDER, LodGeometry
 from depthwalk.cook.quadrics import ClusteredSurface, clustered_surface
 from depthwalk.cook.sharp_features import find_sharp_features
+from depthwalk.cook.slit_closing import close_slits
 from depthwalk.cook.vertex_clustering import cluster_vertices, kept_vertices
 from depthwalk.cook.view_selection import select_views
 from depthwalk.geometry.indexed_triangles import opposite_edges, vertex_directions
@@ -110,7 +112,9 @@ def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[lis
         surface, tolerance, corners = level.surface, level.tolerance, level.dilated
         if corners is None:
             corners = cover.restored(surface, tolerance) if foliage else surface.point[surface.triangles]
-        return corners, max(_deviation(probes, corners), _LEAST_ERROR * tolerance)
+        # Slits are closed afterwards: the probes, none of which is in a slit, say nothing about what closes it.
+        error = max(_deviation(probes, corners), _LEAST_ERROR * tolerance)
+        return corners if foliage else _without_slits(surface, texel), error
 
     # Threads measure a level while the next one is built.
     levels, deviations = zip(*parallel(measured, chain([finest_surface], surfaces)), strict=True)
@@ -122,6 +126,12 @@ def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[lis
     ]
     finest = [*needless, False].index(False)
     return list(levels[finest:]), error[finest:]
+
+
+def _without_slits(surface: ClusteredSurface, texel: float) -> Array:
+    """Return the triangles (t, 3, 3), metres, of a surface whose slits are closed; texel: metres."""
+    point, triangles = close_slits(surface.point, surface.triangles, texel)
+    return point[triangles]
 
 
 class _Level(NamedTuple):

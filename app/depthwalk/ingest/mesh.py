@@ -185,6 +185,23 @@ class Mesh:
         return sum(array.nbytes for array in arrays)
 
 
+def positions_only(positions: NDArray[np.floating], faces: NDArray[np.integer]) -> Mesh:
+    """Return a surface of `positions` (V, 3), metres, and `faces` (F, 3) as a mesh without normals, colours and parts.
+
+    Rays can be cast at it, which is what it is for.
+    """
+    none = np.zeros((0, 3), np.float32)
+    return Mesh(
+        positions=positions.astype(np.float32),
+        normals=none,
+        colours=none.astype(np.uint8),
+        uv=none,
+        faces=faces.astype(np.int32),
+        parts=(),
+        materials=(),
+    )
+
+
 @dataclass(frozen=True)
 class MeshLevel:
     """Hold a simplified mesh, and its distance from the original.

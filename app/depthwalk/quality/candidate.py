@@ -21,7 +21,7 @@ from depthwalk.bake.sampling import sample_surface
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.geometry.quaternions import rotate
 from depthwalk.geometry.triangles import face_normals
-from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.mesh import Mesh, positions_only
 from depthwalk.quality.views import SPHERE, away, bounding_sphere
 from depthwalk.types import Array
 
@@ -208,16 +208,7 @@ def _grid_mesh(model: BakedModel) -> Mesh:
     positions, faces = zip(*map(_grid_triangles, model.parts), strict=True)
     first = np.cumsum([0, *map(len, positions)])
     every = np.concatenate([part + start for part, start in zip(faces, first, strict=False)])
-    none = np.zeros((0, 3), np.float32)
-    return Mesh(
-        positions=np.concatenate(positions),
-        normals=none,
-        colours=none.astype(np.uint8),
-        uv=none,
-        faces=every.astype(np.int32),
-        parts=(),
-        materials=(),
-    )
+    return positions_only(np.concatenate(positions), every)
 
 
 def _grid_triangles(baked: BakedObject) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
