@@ -2,9 +2,9 @@
 
 Grids end at every edge of a surface, in boundary strips, and overlap where ownership changes from face to face: two
 thirds of their triangles are there, however smooth the surface. Here the finest grids are merged into one surface
-(`vertex_clustering`), which is simplified as a whole (`edge_collapse`); where sheets of it still end before each other,
-slits are closed (`slit_closing`). Shading still comes from the depth images: each triangle looks into the one that shows
-it best (`view_selection`).
+(`vertex_clustering`), which is simplified as a whole (`edge_collapse`); where sheets of it still end before each
+other, slits are closed (`slit_closing`). Shading still comes from the depth images: each triangle looks into the one
+that shows it best (`view_selection`).
 """
 
 from collections.abc import Callable, Iterator
