@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 from imgui_bundle._imgui_bundle.imgui import IO
 
 from depthwalk.assets.progress import Progress
-from depthwalk.walk.hud import draw_background, draw_help, draw_hud, draw_toast
+from depthwalk.walk.hud import draw_background, draw_help, draw_hud, draw_toast, message_lines
 from depthwalk.walk.hud_rows import count_rows, pass_rows
 from depthwalk.walk.times import FrameTimes
 from depthwalk.walk.viewer import Mode
@@ -207,6 +207,13 @@ def test_bar_and_messages_keep_clear_of_the_panel_and_of_each_other(overlay_io: 
     bar = imgui.internal.find_window_by_name("background")
     assert bar.pos.x >= 0 and bar.pos.x + bar.size.x <= 674
     assert message[3] <= top == bar.pos.y
+
+
+def test_names_of_files_are_not_cut_at_their_hyphens() -> None:
+    message = "Saved /home/depthwalk-20261201-051020.yaml: 4 s in 2 keyframes\nTwo-sided"
+    assert message_lines(message, 320.0).split("\n") == [
+        "Saved", "/home/depthwalk-20261201-051020.yaml: 4", "s in 2 keyframes", "Two-sided",
+    ]  # fmt: skip
 
 
 def toast_box() -> tuple[float, float, float, float]:

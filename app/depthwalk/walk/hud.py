@@ -28,6 +28,7 @@ _TINY = 460.0, 330.0  # (width, height) of windows in which these lines, too, wo
 _SLOWER = 1.3  # ratio of frame time to picture time from which frames count as drawn in slices
 _FITTED = imgui.WindowFlags_.always_auto_resize
 _NARROWEST_TOAST = 300.0
+_CHARACTER = 8.0  # mean width of a character of a message
 _STOP = "B stops"
 HELP = (
     ("W A S D", "move, as do the arrow keys"),
@@ -171,14 +172,19 @@ def draw_toast(message: str, floor: float, left: float, right: float) -> None:
     """
     if right - left < _NARROWEST_TOAST:
         left, right = 0.0, imgui.get_io().display_size.x
-    lines = message.splitlines()
-    text = "\n".join(textwrap.fill(line, max(20, int((right - left - 4 * MARGIN) / 8))) for line in lines)
+    text = message_lines(message, right - left - 4 * MARGIN)
     size = imgui.calc_text_size(text)
     left, top = (left + right - size.x) / 2, floor - size.y - 2 * MARGIN
     canvas = imgui.get_foreground_draw_list()
     box = (left - MARGIN, top - MARGIN), (left + size.x + MARGIN, top + size.y + MARGIN)
     canvas.add_rect_filled(*box, imgui.get_color_u32((0.14, 0.16, 0.20, 0.95)), 6.0)
     canvas.add_text((left, top), imgui.get_color_u32(BRIGHT), text)
+
+
+def message_lines(message: str, width: float) -> str:
+    """Return a message with line breaks, so that it is about `width` wide, widget coordinates, and names stay whole."""
+    characters = max(20, int(width / _CHARACTER))
+    return "\n".join(textwrap.fill(line, characters, break_on_hyphens=False) for line in message.splitlines())
 
 
 def draw_background(progress: Progress, right: float) -> float:
