@@ -36,7 +36,8 @@ def broken_section() -> None:
 
 def test_an_error_in_the_middle_of_a_section_is_told_as_it_is(gl_device: Device) -> None:
     """Not as what imgui misses after it, and the next overlay begins without anything of it."""
-    screen = gl_device.context.simple_framebuffer((64, 48))
+    gl = gl_device.scope("screen")
+    screen = gl.framebuffer([gl.texture((64, 48), 4)])
     broken = Overlay(gl_device, lambda: 1.0)
     with pytest.raises(ValueError, match="what is really wrong"):
         broken.draw(screen, screen.size, 0.1, broken_section)
@@ -44,4 +45,4 @@ def test_an_error_in_the_middle_of_a_section_is_told_as_it_is(gl_device: Device)
     whole = Overlay(gl_device, lambda: 1.0)
     whole.draw(screen, screen.size, 0.1, lambda: imgui.text("whole"))
     whole.release()
-    screen.release()
+    gl.release()
